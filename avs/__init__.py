@@ -1,0 +1,1 @@
+"""Active view selection: every method on the same scenes, reconstruction, budget and metrics."""

@@ -1,0 +1,122 @@
+"""The contract of a selection method.
+
+A method is one entry of the ``METHODS`` dictionary of a module in this folder, or of an installed package's entry point in the
+group ``avs.selectors``; nothing lists them elsewhere. The modules must not import torch at import time, so that the
+workflow can read their metadata quickly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import BaseModel, ConfigDict
+
+from avs.cameras import Cameras
+from avs.representations.base import Renderer, Views
+
+
+class Settings(BaseModel):
+    """Base of a method's settings: unknown keys are errors, values do not change. Subclass it to add fields."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+@dataclass(frozen=True)
+class State:
+    """All that a selector may look at.
+
+    Attributes:
+        representation: the current reconstruction. A 2D method may only call ``render``; for more, ask
+            ``avs.representations.base.capability``.
+        captured: the views captured so far, in order of capture.
+        candidates: cameras of the views that can be captured, in pool order.
+        rng: generator for random choices, its state depends on the seed, method, scene and step alone.
+        step: number of the selection, from 0.
+    """
+
+    representation: Renderer
+    captured: Views
+    candidates: Cameras
+    rng: np.random.Generator
+    step: int
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The outcome of one selection.
+
+    Attributes:
+        indices: ``[k]`` int64 rows of ``State.candidates``, in order of preference, without repetition.
+        scores: ``[n]`` float64, one finite score per candidate.
+        render_seconds: time spent in rendering candidates.
+    """
+
+    indices: npt.NDArray[np.int64]
+    scores: npt.NDArray[np.float64]
+    render_seconds: float = 0.0
+
+
+class Selector(Protocol):
+    """Chooses k of the candidates."""
+
+    def select(self, state: State, k: int) -> Selection:
+        """Return the ``k`` candidates to capture next, 1 <= k <= n, and the score of each of the n candidates.
+
+        Ties go to the lowest index.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class Resources:
+    """What a selector may need from outside, apart from its settings.
+
+    Attributes:
+        weights: checkpoint of the trained scorer that ``Method.scorer`` names, or None.
+        device: ``cpu`` or ``cuda``.
+    """
+
+    weights: Path | None = None
+    device: str = "cpu"
+
+
+@dataclass(frozen=True)
+class Method:
+    """Metadata of one selection method.
+
+    Attributes:
+        label: the name printed in tables.
+        group: row group in the paper's Table 1: ``Geometric``, ``3D-based`` or ``2D-based``.
+        source: the publication or code that defines the method, and every deviation from it, in one or two sentences.
+        higher_is_worse: whether the candidate with the largest score is chosen (True) or with the smallest (False).
+        build: makes the selector from its settings and resources.
+        settings: the type of its settings.
+        scorer: name of the trained scorer whose weights it needs, or None.
+    """
+
+    label: str
+    group: str
+    source: str
+    higher_is_worse: bool
+    build: Callable[..., Selector]
+    settings: type[Settings] = field(default=Settings)
+    scorer: str | None = None
+
+
+def choose(scores: npt.NDArray[np.float64], k: int, higher_is_worse: bool) -> npt.NDArray[np.int64]:
+    """Return the indices of the ``k`` worst scores, worst first; ties go to the lowest index.
+
+    Raises:
+        ValueError: a score is not finite, or ``k`` is not in 1..n.
+    """
+    scores = np.asarray(scores, dtype=np.float64)
+    if not np.isfinite(scores).all():
+        raise ValueError(f"{np.count_nonzero(~np.isfinite(scores))} of {len(scores)} scores are not finite")
+    if not 1 <= k <= len(scores):
+        raise ValueError(f"cannot choose {k} of {len(scores)} candidates")
+    return np.argsort(-scores if higher_is_worse else scores, kind="stable")[:k]

@@ -1,0 +1,1 @@
+"""Metrics as pure functions: no input or output, and nothing imported from ``avs``."""
