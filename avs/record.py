@@ -1,7 +1,7 @@
 """The episode record: two files, typed, schema-versioned.
 
-``episode.json`` is deterministic: the same code, settings, scene and seed give the same bytes. ``episode.meta.json`` holds what
-differs from run to run. Tables are computed from these files and nothing else.
+``episode.json`` is deterministic: the same code, settings, scene and seed give the same bytes. ``episode.meta.json``
+holds what differs from run to run. Tables are computed from these files and nothing else.
 """
 
 from __future__ import annotations
@@ -25,7 +25,9 @@ class ImageMetrics(_Record):
 
     name: str = Field(description="image file name")
     psnr: float = Field(description="decibels, over all pixels and channels")
-    psnr_per_channel: float = Field(description="decibels, mean of the three channels' PSNR, as FisherRF's loop prints it")
+    psnr_per_channel: float = Field(
+        description="decibels, mean of the three channels' PSNR, as FisherRF's loop prints it"
+    )
     ssim: float = Field(description="structural similarity, 11x11 Gaussian window, sigma 1.5, zero padding")
     lpips: float | None = Field(description="LPIPS, or null where its weights are absent (see Episode.absent)")
 
@@ -82,7 +84,9 @@ class StepTimes(_Record):
     score_seconds: float = Field(description="selection time without rendering")
     total_seconds: float
     fit_seconds: float = Field(description="optimisation before the selection")
-    peak_memory_bytes: int = Field(description="peak resident memory of the process so far; on CUDA the allocator's peak")
+    peak_memory_bytes: int = Field(
+        description="peak resident memory of the process so far; on CUDA the allocator's peak"
+    )
 
 
 class EpisodeMeta(_Record):

@@ -43,8 +43,8 @@ class Rendering:
 
     Attributes:
         rgb: ``[n, height, width, 3]`` float32 in 0..1.
-        depth: ``[n, height, width]`` float32, expected distance along the optical axis in scene units: the blended depth
-            divided by ``alpha``; 0 where ``alpha`` is 0.
+        depth: ``[n, height, width]`` float32, expected distance along the optical axis in scene units: the blended
+            depth divided by ``alpha``; 0 where ``alpha`` is 0.
         alpha: ``[n, height, width]`` float32 in 0..1, accumulated opacity.
     """
 
@@ -94,13 +94,13 @@ class HasFisherDiagonal(Protocol):
     def fisher_diagonal(self, cameras: Cameras, chain: str) -> Iterator[npt.NDArray[np.float32]]:
         """Yield, camera by camera, the diagonal Fisher information of one rendering.
 
-        Each is a ``[primitives, parameters]`` array of non-negative float32: per parameter the sum over pixels of the squared
-        derivative of the pixel's channel sum (FisherRF, arXiv 2311.17874, as its kernel computes it). Sizes may differ.
+        Each is a ``[primitives, parameters]`` array of non-negative float32: per parameter the sum over pixels of the
+        squared derivative of the pixel's channel sum (FisherRF, arXiv 2311.17874, as its kernel computes it).
 
         Args:
             cameras: the cameras, of any sizes.
-            chain: how the derivative of an activation enters: ``once`` as FisherRF's code has it, ``squared`` as the diagonal
-                of the Gauss-Newton matrix has it.
+            chain: how the derivative of an activation enters: ``once`` as FisherRF's code has it, ``squared`` as the
+                diagonal of the Gauss-Newton matrix has it.
         """
         ...
 

@@ -1,1 +1,76 @@
-"""Selection methods, found by name: every module of this folder with a ``METHODS`` dictionary, and installed plug-ins."""
+"""Selection methods, found by name: each module of this folder with a ``METHODS`` dictionary, and plug-ins."""
+
+from __future__ import annotations
+
+import difflib
+import functools
+import importlib
+import importlib.metadata
+import pkgutil
+from dataclasses import dataclass
+
+from pydantic import ValidationError
+
+from avs.errors import UserError
+from avs.selectors.base import Method, Resources, Selector
+
+ENTRY_POINTS = "avs.selectors"
+
+
+@dataclass(frozen=True)
+class Registered:
+    """A method with the module that defines it."""
+
+    method: Method
+    module: str
+
+
+@functools.cache
+def methods() -> dict[str, Registered]:
+    """Return every method by identifier: those of this folder, then installed plug-ins, by module.
+
+    A plug-in is an entry point of the group ``avs.selectors`` that names a module with a ``METHODS`` dictionary.
+
+    Raises:
+        UserError: two modules define the same identifier.
+    """
+    own = sorted(f"{__name__}.{module.name}" for module in pkgutil.iter_modules(__path__))
+    plugins = sorted(point.value for point in importlib.metadata.entry_points(group=ENTRY_POINTS))
+    found: dict[str, Registered] = {}
+    for module in own + plugins:
+        for identifier, method in getattr(importlib.import_module(module), "METHODS", {}).items():
+            if identifier in found:
+                fault = f"defined by {found[identifier].module} and by {module}"
+                raise UserError(identifier, fault, "rename one of the two methods")
+            found[identifier] = Registered(method, module)
+    return found
+
+
+def find(identifier: str) -> Registered:
+    """Return the method called ``identifier``.
+
+    Raises:
+        UserError: there is none; the line lists near names.
+    """
+    known = methods()
+    if identifier not in known:
+        near = difflib.get_close_matches(identifier, known, n=3) or sorted(known)
+        raise UserError(f"method {identifier!r}", "unknown", f"did you mean {', '.join(near)}?")
+    return known[identifier]
+
+
+def create(identifier: str, settings: dict[str, object], resources: Resources) -> Selector:
+    """Build a selector from its settings, which default to the method's own.
+
+    Raises:
+        UserError: the method or a setting is unknown, or a value does not fit.
+    """
+    method = find(identifier).method
+    try:
+        checked = method.settings.model_validate(settings)
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(["selectors", identifier, *map(str, first["loc"])])
+        known = ", ".join(method.settings.model_fields) or "none"
+        raise UserError(place, first["msg"], f"mend the configuration; settings of this method: {known}") from error
+    return method.build(checked, resources)

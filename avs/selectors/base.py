@@ -1,8 +1,8 @@
 """The contract of a selection method.
 
-A method is one entry of the ``METHODS`` dictionary of a module in this folder, or of an installed package's entry point in the
-group ``avs.selectors``; nothing lists them elsewhere. The modules must not import torch at import time, so that the
-workflow can read their metadata quickly.
+A method is one entry of the ``METHODS`` dictionary of a module in this folder, or of an installed package's entry point
+in the group ``avs.selectors``; nothing lists them elsewhere. The modules must not import torch at import time, so that
+the workflow can read their metadata quickly.
 """
 
 from __future__ import annotations
