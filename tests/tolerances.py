@@ -8,3 +8,17 @@ PSNR_FLOAT64 = 1e-10
 UINT8_EQUALS_FLOAT = 1e-12
 # One image is rounded to float32 (6e-8); relative to an SSIM or PSNR of order one, with room for flat windows.
 FLOAT32_INPUT = 1e-4
+# avs/representations/gaussians/losses.py: float32 against float64; the variance under SSIM is a difference of numbers near 1,
+# so that a rounding of 6e-8 stands beside C2 = 9e-4. Relative to the largest gradient of the image.
+LOSS_VALUE = 1e-6
+LOSS_GRADIENT = 1e-4
+# Every window is flat there, so that the same rounding, 6e-8 / 9e-4, comes into every pixel with one sign.
+LOSS_VALUE_FLAT = 1e-3
+
+# The same network with the same weights, built in two ways: float32 in another order of operations at most.
+LPIPS_SAME_NETWORK = 1e-5
+# Two Monte Carlo estimates of a 2.5 % quantile of a distribution with standard deviation 0.3, 100,000 samples each:
+# standard error 0.3 x 0.0083.
+BOOTSTRAP = 0.012
+# The normal quantile stands for the bootstrap's: a few per cent with 40 scenes.
+BOOTSTRAP_WIDTH = 0.03

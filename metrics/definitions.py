@@ -1,0 +1,40 @@
+"""The metrics as data: identifier, printed name, direction, decimals and unit. Shading and ranking follow from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Metric:
+    """One metric.
+
+    Attributes:
+        identifier: the key in records and csv files.
+        name: as printed.
+        higher_is_better: its direction.
+        decimals: digits after the point in a printed table.
+        unit: printed unit, empty for a plain number.
+        description: how it is computed, one sentence.
+    """
+
+    identifier: str
+    name: str
+    higher_is_better: bool
+    decimals: int
+    unit: str
+    description: str
+
+
+METRICS: dict[str, Metric] = {
+    metric.identifier: metric
+    for metric in (
+        Metric("psnr", "PSNR", True, 2, "dB", "peak signal-to-noise ratio over all pixels and channels of an image"),
+        Metric(
+            "psnr_per_channel", "PSNR (channels)", True, 2, "dB", "mean of the three channels' PSNR, as in FisherRF"
+        ),
+        Metric("ssim", "SSIM", True, 3, "", "structural similarity, 11x11 Gaussian window of sigma 1.5, zero padding"),
+        Metric("lpips", "LPIPS", False, 3, "", "learned perceptual image patch similarity, version 0.1"),
+    )
+}
+"""Every metric by identifier, in the order of columns."""
