@@ -1,0 +1,1 @@
+"""Sources of scenes, one file each."""

@@ -8,11 +8,12 @@ import importlib
 import importlib.metadata
 import pkgutil
 from dataclasses import dataclass
+from typing import Any
 
 from pydantic import ValidationError
 
 from avs.errors import UserError
-from avs.selectors.base import Method, Resources, Selector
+from avs.selectors.base import Method, Settings
 
 ENTRY_POINTS = "avs.selectors"
 
@@ -59,18 +60,17 @@ def find(identifier: str) -> Registered:
     return known[identifier]
 
 
-def create(identifier: str, settings: dict[str, object], resources: Resources) -> Selector:
-    """Build a selector from its settings, which default to the method's own.
+def create_settings(identifier: str, values: dict[str, Any]) -> Settings:
+    """Return the settings of a method, checked and completed by its defaults.
 
     Raises:
         UserError: the method or a setting is unknown, or a value does not fit.
     """
-    method = find(identifier).method
+    kind = find(identifier).method.settings
     try:
-        checked = method.settings.model_validate(settings)
+        return kind.model_validate(values)
     except ValidationError as error:
         first = error.errors()[0]
         place = ".".join(["selectors", identifier, *map(str, first["loc"])])
-        known = ", ".join(method.settings.model_fields) or "none"
-        raise UserError(place, first["msg"], f"mend the configuration; settings of this method: {known}") from error
-    return method.build(checked, resources)
+        known = ", ".join(kind.model_fields) or "none"
+        raise UserError(place, first["msg"], f"settings of this method: {known}") from None

@@ -52,12 +52,12 @@ class Selection:
 
     Attributes:
         indices: ``[k]`` int64 rows of ``State.candidates``, in order of preference, without repetition.
-        scores: ``[n]`` float64, one finite score per candidate.
+        scores: ``[n]`` float64, one finite score per candidate; None in a replay, which does not score.
         render_seconds: time spent in rendering candidates.
     """
 
     indices: npt.NDArray[np.int64]
-    scores: npt.NDArray[np.float64]
+    scores: npt.NDArray[np.float64] | None
     render_seconds: float = 0.0
 
 

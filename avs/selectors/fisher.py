@@ -67,10 +67,10 @@ METHODS = {
         label="FisherRF",
         group="3D-based",
         source=(
-            "Jiang et al., arXiv 2311.17874, and its code at commit b747328: exact diagonal, squared per pixel after the "
-            "channel sum, rotation left out, lambda 1e-6. Two deviations: the reconstruction goes on after a selection "
-            "unless refit is reinit, and the view-direction term reads the right harmonics (the published kernel's offset "
-            "is off)."
+            "Jiang et al., arXiv 2311.17874, and its code at commit b747328: exact diagonal, squared per pixel after "
+            "the channel sum, rotation left out, lambda 1e-6. Two deviations: the reconstruction goes on after a "
+            "selection unless refit is reinit, and the view-direction term reads the right harmonics (the published "
+            "kernel's offset is off)."
         ),
         higher_is_worse=True,
         build=FisherSelector,

@@ -41,8 +41,8 @@ METHODS = {
         label="Random",
         group="2D-based",
         source=(
-            "Uniform choice. FisherRF's RandSelector (commit b747328) seeds its generator anew at each call, so its draws "
-            "repeat; here they do not, unless reshuffle is set."
+            "Uniform choice. FisherRF's RandSelector (commit b747328) seeds its generator anew at each call, so its "
+            "draws repeat; here they do not, unless reshuffle is set."
         ),
         higher_is_worse=False,
         build=RandomSelector,

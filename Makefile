@@ -1,0 +1,28 @@
+# Two commands: `make tables` and `make test`. Each first makes the virtual environment that it needs.
+# PYTHON: the interpreter the environment is made with; CORES: jobs at a time.
+
+PYTHON ?= python3
+CORES ?= 2
+SHELL := bash
+.SHELLFLAGS := -euo pipefail -c
+export PATH := $(CURDIR)/.venv/bin:$(PATH)
+
+.PHONY: tables test lint ci
+
+tables: .venv/installed
+	snakemake -j$(CORES) tables
+
+test: .venv/installed lint
+	pytest -n $(CORES)
+
+lint: .venv/installed
+	ruff check .
+	ruff format --check .
+	snakefmt --check Snakefile workflows/rules
+	mypy
+
+# The mark is written last, so that an interrupted installation is begun again.
+.venv/installed: environment.txt
+	$(PYTHON) -m venv --clear .venv
+	pip install --quiet --disable-pip-version-check --requirement environment.txt
+	touch $@

@@ -1,0 +1,38 @@
+# Active view selection: every method on the same scenes, reconstruction, budget and metrics.
+#
+#   snakemake -j2 tables                                              the embedded scenes, minutes on two cores
+#   snakemake -j2 tables --configfile workflows/config/small.yaml --config scenes_dir=DIR      your own captures
+
+
+if "scale" not in config:
+
+    configfile: "workflows/config/ci.yaml"
+
+
+include: "workflows/rules/common.smk"
+include: "workflows/rules/data.smk"
+include: "workflows/rules/scorer.smk"
+include: "workflows/rules/nvs.smk"
+include: "workflows/rules/report.smk"
+
+
+localrules:
+    tables,
+    figures,
+    all,
+
+
+rule all:
+    default_target: True
+    input:
+        rules.tables.input,
+        rules.figures.input,
+
+
+onerror:
+    print(
+        "Some jobs failed; their logs are named above. Once their cause is mended, run the same line again."
+    )
+    print(
+        "After a kill:  python -m avs resume -j2 tables   (followed by the options of the first run)"
+    )

@@ -1,0 +1,168 @@
+"""One command per step of the workflow, usable by hand; nothing but argument handling.
+
+Rules pass every path that a command reads or writes. ``python -m avs COMMAND --help`` tells the arguments.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from avs.compatibility import limit_threads, prepare_environment
+from avs.jobs import die_with_parent, job
+
+app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False, help=__doc__)
+scorer = typer.Typer(no_args_is_help=True, help="Train the cross-reference scorer.")
+app.add_typer(scorer, name="scorer")
+
+Log = Annotated[Path | None, typer.Option(help="file for everything that is printed")]
+SettingsFile = Annotated[Path, typer.Option(help="settings, a JSON file written by the workflow")]
+Out = Annotated[Path, typer.Option(help="what to write")]
+
+
+def main() -> None:
+    """Run the command line."""
+    die_with_parent()
+    prepare_environment()
+    app()
+
+
+@app.command()
+def settings(values: Annotated[str, typer.Argument(help="JSON")], out: Out, log: Log = None) -> None:
+    """Write a part of the configuration to a file, for the commands that read it."""
+    from avs.files import write_json
+
+    with job(log):
+        write_json(out, json.loads(values))
+
+
+@app.command()
+def embedded(pattern: str, seed: int, settings: SettingsFile, out: Out, log: Log = None) -> None:
+    """Make an embedded scene."""
+    from avs.datasets.embedded import make_scene
+    from avs.datasets.embedded.settings import EmbeddedSettings
+
+    with job(log):
+        make_scene(pattern, seed, EmbeddedSettings.model_validate(_read(settings)), out)
+
+
+@app.command()
+def capture(source: Path, settings: SettingsFile, out: Out, log: Log = None) -> None:
+    """Turn a folder in COLMAP layout into a scene."""
+    from avs.datasets.captures import prepare
+    from avs.datasets.settings import CaptureSettings
+
+    with job(log):
+        prepare(source, out, CaptureSettings.model_validate(_read(settings)))
+
+
+@scorer.command()
+def renders(scene: Path, seed: int, settings: SettingsFile, out: Out, log: Log = None) -> None:
+    """Fit a training scene and keep renderings of it with their SSIM maps."""
+    from avs.scorer.renders import RenderJob, make_renders
+
+    with job(log) as console:
+        limit_threads()
+        make_renders(scene, out, RenderJob.model_validate(_read(settings)), seed, console.progress)
+
+
+@scorer.command()
+def train(
+    settings: SettingsFile,
+    weights: Annotated[Path, typer.Option(help="checkpoint to write")],
+    card: Annotated[Path, typer.Option(help="model card to write")],
+    training: Annotated[list[Path], typer.Option(help="renderings of a training scene")],
+    held_out: Annotated[list[Path], typer.Option(help="renderings of a scene that only measures")],
+    log: Log = None,
+) -> None:
+    """Train the scorer on renderings."""
+    from avs.scorer.settings import ScorerSettings
+    from avs.scorer.training import train as run
+
+    with job(log) as console:
+        limit_threads()
+        run(training, held_out, weights, card, ScorerSettings.model_validate(_read(settings)), console.progress)
+
+
+@app.command()
+def episode(
+    scene: Path,
+    seed: int,
+    settings: SettingsFile,
+    out: Out,
+    weights: Annotated[Path | None, typer.Option(help="checkpoint of the scorer that the method needs")] = None,
+    log: Log = None,
+) -> None:
+    """Run one episode: one method on one scene with one seed."""
+    from avs.experiment import EpisodeSettings, run_episode
+
+    with job(log) as console:
+        limit_threads()
+        checked = EpisodeSettings.model_validate(_read(settings))
+        run_episode(scene, checked, seed, weights, out, console.progress)
+
+
+@app.command()
+def replay(scene: Path, episode: Path, out: Out, device: str = "cpu", log: Log = None) -> None:
+    """Run an episode again on the views that its record lists."""
+    from avs.experiment import replay_episode
+
+    with job(log) as console:
+        limit_threads()
+        replay_episode(scene, episode, device, out, console.progress)
+
+
+@app.command()
+def table(
+    episodes: list[Path],
+    dataset: Annotated[str, typer.Option(help="data set whose episodes these are")],
+    settings: SettingsFile,
+    out: Annotated[Path, typer.Option(help="path of the tables without suffix")],
+    log: Log = None,
+) -> None:
+    """Write the view selection table of a data set as csv, md and tex."""
+    from avs.report.tables import write_nvs_table
+
+    with job(log):
+        values = _read(settings)
+        published = None if values["published"] is None else Path(values["published"])
+        write_nvs_table(episodes, values["methods"], dataset, published, out)
+
+
+@app.command()
+def figure(
+    episodes: list[Path],
+    settings: SettingsFile,
+    out: Annotated[Path, typer.Option(help="path of the figure without suffix")],
+    log: Log = None,
+) -> None:
+    """Draw the test PSNR over the number of captured views."""
+    from avs.report.figures import write_psnr_over_views
+
+    with job(log):
+        write_psnr_over_views(episodes, _read(settings)["methods"], out)
+
+
+@app.command()
+def schemas(out: Path = Path("workflows/schemas")) -> None:
+    """Generate the JSON schemas of the configuration, the scene file and the records."""
+    from avs.schemas import write_schemas
+
+    with job(None):
+        write_schemas(out)
+
+
+@app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
+def resume(context: typer.Context) -> None:
+    """Complete a killed run: unlock, unless a run is alive, then call snakemake with the arguments that follow."""
+    from avs.resume import resume as run
+
+    with job(None):
+        run(context.args)
+
+
+def _read(path: Path) -> Any:  # noqa: ANN401 - the JSON is checked by the models that take it
+    return json.loads(path.read_text(encoding="utf-8"))

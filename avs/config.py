@@ -1,0 +1,120 @@
+"""The configuration of a run: one schema, and a scale is only numbers.
+
+``workflows/config/<scale>.yaml`` holds the values; ``workflows/schemas/config.json`` is generated from these models.
+"""
+
+from __future__ import annotations
+
+import difflib
+from typing import Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from avs import selectors
+from avs.datasets.embedded.settings import EmbeddedSettings
+from avs.datasets.settings import CaptureSettings
+from avs.errors import UserError
+from avs.protocol import ProtocolSettings
+from avs.representations.gaussians.settings import GaussianSettings
+from avs.scorer.settings import RenderSettings, ScorerSettings
+
+Pattern = Literal["orbit", "walkthrough", "handheld", "egocentric"]
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class EmbeddedConfig(_Section):
+    """Scenes that are made from a seed."""
+
+    scenes: dict[Pattern, tuple[int, ...]] = Field(
+        default_factory=dict, description="which scenes are evaluated: seeds for each capture pattern"
+    )
+    capture: EmbeddedSettings = Field(default_factory=EmbeddedSettings, description="how they are captured")
+
+
+class ScorerConfig(_Section):
+    """The cross-reference scorer that the run trains for itself."""
+
+    pattern: Pattern = Field(default="handheld", description="capture pattern of the scenes that train it")
+    training_seeds: tuple[int, ...] = Field(min_length=1, description="seeds of the scenes that train it")
+    held_out_seeds: tuple[int, ...] = Field(min_length=1, description="seeds of the scenes that only measure it")
+    renders: RenderSettings = Field(default_factory=RenderSettings, description="the distorted images")
+    training: ScorerSettings = Field(default_factory=ScorerSettings, description="network and optimisation")
+
+    @model_validator(mode="after")
+    def _disjoint(self) -> Self:
+        shared = set(self.training_seeds) & set(self.held_out_seeds)
+        if shared:
+            raise ValueError(f"seeds {sorted(shared)} are both for training and held out")
+        return self
+
+
+class Config(_Section):
+    """Everything that a run can be told."""
+
+    scale: str = Field(pattern=r"^[a-z0-9_]+$", description="name of the results folder, such as ci, small or paper")
+    device: Literal["cpu", "cuda"] = Field(default="cpu", description="where reconstructions and networks run")
+    seeds: tuple[int, ...] = Field(min_length=1, description="each episode runs once with each seed")
+    methods: tuple[str, ...] = Field(min_length=1, description="identifiers of the selection methods, in table order")
+    selectors: dict[str, dict[str, Any]] = Field(
+        default_factory=dict, description="settings of the methods, by identifier"
+    )
+    scenes_dir: str | None = Field(
+        default=None, description="folder of captures in COLMAP layout to evaluate instead of embedded scenes"
+    )
+    captures: CaptureSettings = Field(default_factory=CaptureSettings, description="how captures become scenes")
+    embedded: EmbeddedConfig = Field(default_factory=EmbeddedConfig, description="the embedded scenes")
+    protocol: ProtocolSettings = Field(default_factory=ProtocolSettings, description="the loop")
+    representation: GaussianSettings = Field(default_factory=GaussianSettings, description="the reconstruction")
+    scorers: dict[Literal["repvit"], ScorerConfig] = Field(
+        default_factory=dict, description="scorers that the run can train"
+    )
+
+    @model_validator(mode="after")
+    def _scorer_scenes_are_not_evaluated(self) -> Self:
+        for name, scorer in self.scorers.items():
+            evaluated = set(self.embedded.scenes.get(scorer.pattern, ()))
+            shared = evaluated & {*scorer.training_seeds, *scorer.held_out_seeds}
+            if shared:
+                raise ValueError(f"{scorer.pattern} seeds {sorted(shared)} train scorer {name} and are evaluated")
+        return self
+
+
+def load(values: dict[str, Any]) -> Config:
+    """Check configuration values, as Snakemake reads them, and return them typed.
+
+    Raises:
+        UserError: a key is unknown (the line names the nearest one), a value does not fit, a method is unknown or lacks
+            the scorer it needs.
+    """
+    try:
+        config = Config.model_validate(values)
+    except ValidationError as error:
+        raise _readable(error) from None
+    for identifier in {*config.methods, *config.selectors}:
+        method = selectors.find(identifier).method
+        if method.scorer is not None and method.scorer not in config.scorers:
+            fault = f"needs the scorer {method.scorer}, which the configuration does not train"
+            raise UserError(f"method {identifier}", fault, f"add scorers.{method.scorer}, or leave the method out")
+        selectors.create_settings(identifier, config.selectors.get(identifier, {}))
+    return config
+
+
+def _readable(error: ValidationError) -> UserError:
+    """Return the first fault of a validation as one line."""
+    first = error.errors()[0]
+    place = ".".join(map(str, first["loc"])) or "configuration"
+    if first["type"] != "extra_forbidden":
+        return UserError(f"configuration: {place}", first["msg"], "mend the value")
+    near = difflib.get_close_matches(str(first["loc"][-1]), sorted(_all_keys(Config)), n=1)
+    return UserError(f"configuration: {place}", "unknown key", f"did you mean {near[0]}?" if near else "remove it")
+
+
+def _all_keys(model: type[BaseModel]) -> set[str]:
+    """Return the names of all fields of ``model`` and of the models inside it."""
+    names = set(model.model_fields)
+    for definition in model.model_json_schema().get("$defs", {}).values():
+        names.update(definition.get("properties", {}))
+    return names

@@ -1,0 +1,58 @@
+"""The settings of the loop: how many views, when they are added, what happens to the reconstruction then."""
+
+from __future__ import annotations
+
+from typing import Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, PositiveInt, model_validator
+
+
+class LpipsSettings(BaseModel):
+    """Which LPIPS is computed; the paper does not say."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    net: Literal["vgg", "alex"] = Field(default="vgg", description="backbone; 3DGS and FisherRF use vgg")
+    range: Literal["zero_one", "minus_one"] = Field(
+        default="zero_one",
+        description="range of the images that the network is fed: 0..1 as 3DGS does, or -1..1 as its weights expect",
+    )
+
+
+class ProtocolSettings(BaseModel):
+    """Algorithm 1 of the paper, with its ambiguous points as fields."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    initial_views: PositiveInt = Field(default=4, description="views before the first selection")
+    initial_start: int = Field(
+        default=0, ge=0, description="pool index from which farthest-view sampling of the initial views starts"
+    )
+    budget: PositiveInt = Field(default=20, description="views at the end")
+    pool_share: float = Field(
+        default=0.5,
+        gt=0,
+        le=1,
+        description="largest part of the pool that the budget takes; with all of it, all methods end with the same views",
+    )
+    views_per_step: PositiveInt = Field(default=1, description="views added at each selection")
+    additions: tuple[PositiveInt, ...] = Field(
+        default=(400, 900, 1500, 2200, 3000, 3900, 4900, 6000, 7200, 8500, 9900, 11400, 13000, 14700, 16500, 18400),
+        description="iterations at which views are added, ascending",
+    )
+    iterations: PositiveInt = Field(default=30000, description="optimisation steps in all")
+    refit: Literal["continue", "reinit"] = Field(
+        default="continue",
+        description="after a selection: go on with the reconstruction (the paper) or begin anew (FisherRF's code)",
+    )
+    lpips: LpipsSettings = Field(default_factory=LpipsSettings, description="the LPIPS metric")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if any(later <= earlier for earlier, later in zip(self.additions, self.additions[1:], strict=False)):
+            raise ValueError("additions must ascend")
+        if self.additions and self.additions[-1] >= self.iterations:
+            raise ValueError("additions must lie before the last iteration")
+        if self.initial_views + len(self.additions) * self.views_per_step < self.budget:
+            raise ValueError(f"{len(self.additions)} additions cannot fill a budget of {self.budget} views")
+        return self

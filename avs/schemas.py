@@ -1,0 +1,25 @@
+"""The JSON schemas of what the workflow reads and writes, generated from the typed models."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pydantic import BaseModel
+
+from avs.config import Config
+from avs.files import write_json
+from avs.record import Episode, EpisodeMeta
+from avs.scene import SceneFile
+
+SCHEMAS: dict[str, type[BaseModel]] = {
+    "config.json": Config,
+    "scene.json": SceneFile,
+    "episode.json": Episode,
+    "episode.meta.json": EpisodeMeta,
+}
+
+
+def write_schemas(folder: Path) -> None:
+    """Write one schema per model to ``folder``; a test fails when they are out of date."""
+    for name, model in SCHEMAS.items():
+        write_json(folder / name, model.model_json_schema())

@@ -1,0 +1,72 @@
+# What the rules share: the checked configuration, the paths, and which source files a job depends on.
+
+import json
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(workflow.basedir))
+
+from avs import selectors
+from avs.config import load
+from avs.errors import UserError
+from avs.sources import sources
+
+try:
+    settings = load(config)
+except UserError as error:
+    sys.exit(f"error: {error}")
+
+RESULTS = f"results/{settings.scale}"
+LOGS = f"{RESULTS}/logs"
+
+# exec: the job becomes Snakemake's own child, so that it ends with it (see avs/jobs.py).
+AVS = "exec python -m avs"
+
+
+wildcard_constraints:
+    scene="[a-z0-9_]+",
+    dataset="[a-z0-9_]+",
+    pattern="[a-z]+",
+    method="[a-z0-9-]+",
+    scorer="[a-z0-9]+",
+    seed="[0-9]+",
+    part="[a-z0-9_/-]+",
+
+
+def section(part):
+    """Return the values of the settings file `part`: what one kind of job reads of the configuration."""
+    stage, _, name = part.partition("/")
+    common = settings.model_dump(mode="json")
+    if stage == "episode":
+        picked = {key: common[key] for key in ("device", "protocol", "representation")}
+        return picked | {"method": name, "selector": common["selectors"].get(name, {})}
+    if stage == "renders":
+        picked = {key: common[key] for key in ("device", "representation")}
+        return picked | {"renders": common["scorers"][name]["renders"]}
+    if stage == "training":
+        return common["scorers"][name]["training"]
+    if stage == "table":
+        return {"methods": common["methods"], "published": published(name)}
+    if stage == "figure":
+        return {"methods": common["methods"]}
+    return {"embedded": common["embedded"]["capture"], "captures": common["captures"]}[
+        stage
+    ]
+
+
+def section_json(wildcards):
+    """Return the values of a settings file as JSON with sorted keys, so that equal settings are equal text."""
+    return json.dumps(section(wildcards.part), sort_keys=True)
+
+
+rule settings:
+    output:
+        f"{RESULTS}/settings/{{part}}.json",
+    log:
+        f"{LOGS}/settings/{{part}}.log",
+    params:
+        values=section_json,
+    message:
+        "settings of {wildcards.part}"
+    shell:
+        "{AVS} settings {params.values:q} --out {output} --log {log}"

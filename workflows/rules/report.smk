@@ -1,0 +1,64 @@
+# Tables and figures, from episode records and nothing else.
+
+# The paper's table whose setting an embedded capture pattern stands in for.
+PUBLISHED = {
+    "orbit": "mipnerf360",
+    "walkthrough": "realestate10k",
+    "handheld": "mapfree",
+    "egocentric": "aria_dtc",
+}
+
+
+def published(dataset):
+    """Return the file of published values to print beside a data set's own, or None."""
+    return None
+
+
+def all_episodes(wildcards):
+    return [path for dataset in SCENES for path in episodes(dataset)]
+
+
+rule nvs_table:
+    input:
+        episodes=lambda wildcards: episodes(wildcards.dataset),
+        settings=f"{RESULTS}/settings/table/{{dataset}}.json",
+        code=sources("avs.report.tables"),
+    output:
+        multiext(f"{RESULTS}/tables/nvs_{{dataset}}", ".csv", ".md", ".tex"),
+    log:
+        f"{LOGS}/tables/nvs_{{dataset}}.log",
+    params:
+        stem=lambda wildcards, output: output[0].removesuffix(".csv"),
+    message:
+        "table of {wildcards.dataset}"
+    shell:
+        "{AVS} table {input.episodes} --dataset {wildcards.dataset} --settings {input.settings}"
+        " --out {params.stem} --log {log}"
+
+
+rule psnr_over_views:
+    input:
+        episodes=all_episodes,
+        settings=f"{RESULTS}/settings/figure/psnr_over_views.json",
+        code=sources("avs.report.figures"),
+    output:
+        multiext(f"{RESULTS}/figures/psnr_over_views", ".pdf", ".png"),
+    log:
+        f"{LOGS}/figures/psnr_over_views.log",
+    params:
+        stem=lambda wildcards, output: output[0].removesuffix(".pdf"),
+    message:
+        "figure: PSNR over views"
+    shell:
+        "{AVS} figure {input.episodes} --settings {input.settings} --out {params.stem} --log {log}"
+
+
+rule tables:
+    input:
+        expand(f"{RESULTS}/tables/nvs_{{dataset}}.csv", dataset=SCENES),
+        f"{RESULTS}/figures/psnr_over_views.pdf",
+
+
+rule figures:
+    input:
+        f"{RESULTS}/figures/psnr_over_views.pdf",
