@@ -39,16 +39,16 @@ class Lpips:
         net: the backbone, ``vgg`` (as 3DGS) or ``alex`` (as the authors recommend for evaluation).
         range: what the network is fed with. ``minus_one`` is the correct -1..1; ``zero_one`` feeds 0..1 as the
             evaluation code of 3DGS does, whose values are lower (graphdeco-inria/gaussian-splatting, issue 1239).
+        device: where to compute, such as ``cpu`` or ``cuda``.
         weights: file of the backbone's weights, a state dictionary in torchvision's naming; None looks for
             torchvision's file in the folders of ``lpips_absent_reason`` and checks its hash.
-        device: where to compute, such as ``cpu`` or ``cuda``.
 
     Raises:
         FileNotFoundError: the weights are absent; the message is ``lpips_absent_reason``.
         ValueError: the weights are damaged, or of another network.
     """
 
-    def __init__(self, net: Net, range: Range, weights: Path | None = None, device: str = "cpu") -> None:
+    def __init__(self, net: Net, range: Range, device: str = "cpu", weights: Path | None = None) -> None:
         self._model = _model(net, weights or _verified(net)).to(device)
         self._minus_one = range == "minus_one"
         self._device = device
