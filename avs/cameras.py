@@ -60,7 +60,8 @@ class Cameras:
     def centers(self) -> FloatArray:
         """Camera centres in world coordinates, ``[n, 3]``: minus the transposed rotation times the translation."""
         rotation, translation = self.world_to_camera[:, :3, :3], self.world_to_camera[:, :3, 3]
-        return -np.einsum("nji,nj->ni", rotation, translation)
+        centers: FloatArray = -np.einsum("nji,nj->ni", rotation, translation)
+        return centers
 
     def by_size(self) -> Iterator[tuple[tuple[int, int], IndexArray]]:
         """Yield ``((width, height), indices)`` for each image size, indices ascending, sizes in order of appearance."""
@@ -70,7 +71,7 @@ class Cameras:
 
     def resized(self, sizes: IndexArray) -> Cameras:
         """Return the same cameras for images resized to ``sizes`` ``[n, 2]``; each axis scales by its own ratio."""
-        ratio = sizes / self.sizes
+        ratio = np.asarray(sizes) / self.sizes
         intrinsics = self.intrinsics.copy()
         intrinsics[:, 0] *= ratio[:, :1]
         intrinsics[:, 1] *= ratio[:, 1:]

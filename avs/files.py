@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import hashlib
 import json
 import os
@@ -11,6 +12,21 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+
+from avs.errors import UserError
+
+_REMEDIES = {
+    errno.ENOSPC: "free some space, then run again",
+    errno.EDQUOT: "free some of your quota, then run again",
+    errno.EFBIG: "raise the limit on file sizes, then run again",
+    errno.EACCES: "give yourself the permission, or choose another folder",
+    errno.EPERM: "give yourself the permission, or choose another folder",
+    errno.EROFS: "choose a folder that can be written",
+    errno.ENOENT: "check the path",
+    errno.ENOTDIR: "check the path",
+    errno.EISDIR: "check the path",
+    errno.EIO: "check the disk, then run again",
+}
 
 
 @contextlib.contextmanager
@@ -32,6 +48,9 @@ def atomic_path(target: Path | str) -> Iterator[Path]:
         temporary.chmod(0o666 & ~_umask())
         os.replace(temporary, target)
         _flush(target.parent)
+    except OSError as error:
+        _name(error, target)
+        raise
     finally:
         temporary.unlink(missing_ok=True)
 
@@ -54,6 +73,9 @@ def atomic_folder(target: Path | str) -> Iterator[Path]:
             shutil.rmtree(target)
         os.replace(temporary, target)
         _flush(target.parent)
+    except OSError as error:
+        _name(error, target)
+        raise
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
 
@@ -84,6 +106,29 @@ def file_hash(path: Path | str) -> str:
     """Return the SHA-256 of a file's bytes, in hexadecimal."""
     with open(path, "rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+@contextlib.contextmanager
+def explained() -> Iterator[None]:
+    """Turn an ``OSError`` inside the block, such as a full disk, into a ``UserError`` that names the file.
+
+    A program puts its whole work into one such block; library code lets ``OSError`` pass.
+
+    Raises:
+        UserError: the block raised ``OSError``.
+    """
+    try:
+        yield
+    except OSError as error:
+        fault = (error.strerror or str(error) or type(error).__name__).lower()
+        remedy = _REMEDIES.get(error.errno or 0, "check the path and the disk, then run again")
+        raise UserError(error.filename or "a file", fault, remedy) from error
+
+
+def _name(error: OSError, target: Path) -> None:
+    """Give ``error`` the name of the result where it has none or a temporary one: a failed write() knows no name."""
+    if error.filename is None or Path(error.filename).name.startswith("."):
+        error.filename = str(target)
 
 
 def _flush(path: Path) -> None:
