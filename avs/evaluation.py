@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from avs.compatibility import prepare_torchvision
+from avs.errors import UserError
 from avs.protocol import LpipsSettings
 from avs.record import ImageMetrics
 from avs.representations.base import Renderer
@@ -28,7 +30,15 @@ class Evaluator:
         self._photographs = scene.views(scene.test).images
         reason = lpips_absent_reason(settings.net)
         self.absent = {} if reason is None else {"lpips": reason}
-        self._lpips = Lpips(settings.net, settings.range, device) if reason is None else None
+        self._lpips = None if reason is not None else self._load_lpips(settings, device)
+
+    @staticmethod
+    def _load_lpips(settings: LpipsSettings, device: str) -> Lpips:
+        prepare_torchvision()
+        try:
+            return Lpips(settings.net, settings.range, device=device)
+        except ValueError as error:
+            raise UserError("LPIPS weights", str(error), "remove that file, or put the right one there") from error
 
     def __call__(self, renderer: Renderer) -> list[ImageMetrics]:
         """Return the metrics of every test image, in order of name."""

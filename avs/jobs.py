@@ -1,4 +1,4 @@
-"""What every job of the workflow needs around its work: a log, one clear line for a fault, and an end with its parent."""
+"""What every job needs around its work: a log, one clear line for a fault, and an end with its parent."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ class ProtocolSettings(BaseModel):
         default=0.5,
         gt=0,
         le=1,
-        description="largest part of the pool that the budget takes; with all of it, all methods end with the same views",
+        description="largest part of the pool that the budget takes; with all of it, methods end with the same views",
     )
     views_per_step: PositiveInt = Field(default=1, description="views added at each selection")
     additions: tuple[PositiveInt, ...] = Field(

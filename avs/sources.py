@@ -1,4 +1,4 @@
-"""Which files of this project a module is made of: what a rule lists as inputs, so that an edit reruns what it must."""
+"""Which files of this project a module is made of: what a rule lists as inputs."""
 
 from __future__ import annotations
 

@@ -1,0 +1,79 @@
+"""Small scenes and stand-ins for the tests of the loop."""
+
+import numpy as np
+
+from avs.cameras import Cameras, look_at
+from avs.representations.base import Rendering
+from avs.scene import Points, Scene, read_scene, write_scene
+
+
+def ring(count, radius=3.0, size=(24, 16)):
+    """Return cameras on a circle that look at the origin."""
+    angles = 2 * np.pi * np.arange(count) / count
+    centers = np.stack([radius * np.cos(angles), radius * np.sin(angles), np.ones(count)], axis=1)
+    transforms = np.stack([look_at(center, np.zeros(3), np.array([0.0, 0.0, 1.0])) for center in centers])
+    width, height = size
+    intrinsics = np.tile(np.array([[20.0, 0, width / 2], [0, 20.0, height / 2], [0, 0, 1]]), (count, 1, 1))
+    return Cameras(transforms, intrinsics, np.tile(np.array([size], dtype=np.int64), (count, 1)))
+
+
+def small_scene(folder, count=40, name="toy") -> Scene:
+    """Write and read a scene of ``count`` flat pictures on a ring; picture i is brighter the larger i."""
+    cameras = ring(count)
+    images = tuple(np.full((16, 24, 3), 40 + 4 * i, dtype=np.uint8) for i in range(count))
+    rng = np.random.default_rng(0)
+    points = Points(
+        positions=rng.normal(size=(12, 3)),
+        colors=rng.integers(0, 256, (12, 3), dtype=np.uint8),
+        observations=np.array([[p, i] for p in range(12) for i in (p, p + 1, p + 2)], dtype=np.int64),
+    )
+    write_scene(
+        folder,
+        name=name,
+        dataset="toys",
+        names=tuple(f"{i:03d}.png" for i in range(count)),
+        images=images,
+        cameras=cameras,
+        test=np.arange(0, count, 8),
+        points=points,
+        source="made by a test",
+        licence="none",
+    )
+    return read_scene(folder)
+
+
+class MeanColor:
+    """A representation that renders the mean of the views that it was fitted to; it keeps count of its steps."""
+
+    def __init__(self):
+        self.primitives = 1
+        self.iterations = 0
+        self.fits = []
+        self._mean = 0.0
+
+    def fit(self, views, iterations):
+        self.iterations += iterations
+        self.fits.append((len(views), iterations))
+        self._mean = float(np.mean([image.mean() for image in views.images])) / 255
+
+    def render(self, cameras):
+        (width, height), _ = next(cameras.by_size())
+        shape = (len(cameras), height, width)
+        return Rendering(
+            np.full((*shape, 3), self._mean, dtype=np.float32),
+            np.ones(shape, dtype=np.float32),
+            np.ones(shape, dtype=np.float32),
+        )
+
+
+class OnlyRenders:
+    """Hands on ``render`` and raises on anything else: what a 2D method may use of a representation."""
+
+    def __init__(self, representation):
+        self._representation = representation
+
+    def render(self, cameras):
+        return self._representation.render(cameras)
+
+    def __getattr__(self, name):
+        raise AssertionError(f"a 2D method asked the representation for {name}")
