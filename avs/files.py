@@ -7,11 +7,10 @@ import errno
 import hashlib
 import json
 import os
+import secrets
 import shutil
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from avs.errors import UserError
 
@@ -37,19 +36,16 @@ def atomic_path(target: Path | str) -> Iterator[Path]:
     is removed and ``target`` is left as it was.
     """
     target = Path(target)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.stem}-", suffix=target.suffix)
-    os.close(handle)
-    temporary = Path(name)
+    temporary = target.with_name(f".{target.stem}-{secrets.token_hex(6)}{target.suffix}")
     try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        temporary.touch(exist_ok=False)
         yield temporary
         _flush(temporary)
-        # mkstemp makes the file private (0600); a result is as readable as any other file of the user.
-        temporary.chmod(0o666 & ~_umask())
         os.replace(temporary, target)
         _flush(target.parent)
     except OSError as error:
-        _name(error, target)
+        _rename_in(error, temporary, target)
         raise
     finally:
         temporary.unlink(missing_ok=True)
@@ -59,22 +55,23 @@ def atomic_path(target: Path | str) -> Iterator[Path]:
 def atomic_folder(target: Path | str) -> Iterator[Path]:
     """Yield an empty temporary folder beside ``target``; on success rename it to ``target``, replacing what was there.
 
-    Between the removal of an old folder and the rename there is an instant without ``target``; it never holds a mixture.
+    Between the removal of an old folder and the rename there is an instant without ``target``; it never holds a
+    mixture. On any error the temporary folder is removed and ``target`` is left as it was.
     """
     target = Path(target)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    temporary = Path(tempfile.mkdtemp(dir=target.parent, prefix=f".{target.name}-"))
+    temporary = target.with_name(f".{target.name}-{secrets.token_hex(6)}")
     try:
+        temporary.mkdir(parents=True)
         yield temporary
         for path in temporary.rglob("*"):
             _flush(path)
-        temporary.chmod(0o777 & ~_umask())
-        if target.exists():
+        _flush(temporary)
+        if target.is_dir() and not target.is_symlink():
             shutil.rmtree(target)
         os.replace(temporary, target)
         _flush(target.parent)
     except OSError as error:
-        _name(error, target)
+        _rename_in(error, temporary, target)
         raise
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
@@ -86,7 +83,7 @@ def write_text(target: Path | str, text: str) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
-def canonical_json(value: Any) -> str:
+def canonical_json(value: object) -> str:
     """Return ``value`` as JSON with sorted keys, two spaces of indentation, a newline at the end, and no NaN.
 
     Equal values give equal bytes.
@@ -97,7 +94,7 @@ def canonical_json(value: Any) -> str:
     return json.dumps(value, sort_keys=True, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def write_json(target: Path | str, value: Any) -> None:
+def write_json(target: Path | str, value: object) -> None:
     """Write ``value`` to ``target`` atomically as canonical JSON."""
     write_text(target, canonical_json(value))
 
@@ -125,10 +122,10 @@ def explained() -> Iterator[None]:
         raise UserError(error.filename or "a file", fault, remedy) from error
 
 
-def _name(error: OSError, target: Path) -> None:
-    """Give ``error`` the name of the result where it has none or a temporary one: a failed write() knows no name."""
-    if error.filename is None or Path(error.filename).name.startswith("."):
-        error.filename = str(target)
+def _rename_in(error: OSError, temporary: Path, target: Path) -> None:
+    """Let ``error`` name the result: a failed write() knows no name, other calls know the temporary one."""
+    error.filename = str(error.filename or target).replace(str(temporary), str(target))
+    error.filename2 = None
 
 
 def _flush(path: Path) -> None:
@@ -137,9 +134,3 @@ def _flush(path: Path) -> None:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

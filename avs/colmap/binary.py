@@ -27,7 +27,7 @@ _KEYPOINT = np.dtype([("xy", "<f8", 2), ("point", "<i8")])
 
 
 def write_model(folder: Path, model: Model) -> None:
-    """Write the three binary files into ``folder``, in ascending order of identifiers; equal models give equal bytes."""
+    """Write the three binary files into ``folder``, ascending by identifier; equal models give equal bytes."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "cameras.bin").write_bytes(b"".join(_camera_records(model)))
     (folder / "images.bin").write_bytes(b"".join(_image_records(model)))
