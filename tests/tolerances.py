@@ -8,8 +8,8 @@ PSNR_FLOAT64 = 1e-10
 UINT8_EQUALS_FLOAT = 1e-12
 # One image is rounded to float32 (6e-8); relative to an SSIM or PSNR of order one, with room for flat windows.
 FLOAT32_INPUT = 1e-4
-# avs/representations/gaussians/losses.py: float32 against float64; the variance under SSIM is a difference of numbers near 1,
-# so that a rounding of 6e-8 stands beside C2 = 9e-4. Relative to the largest gradient of the image.
+# avs/representations/gaussians/losses.py: float32 against float64; the variance under SSIM is a difference of numbers
+# near 1, so that a rounding of 6e-8 stands beside C2 = 9e-4. Relative to the largest gradient of the image.
 LOSS_VALUE = 1e-6
 LOSS_GRADIENT = 1e-4
 # Every window is flat there, so that the same rounding, 6e-8 / 9e-4, comes into every pixel with one sign.
@@ -22,3 +22,12 @@ LPIPS_SAME_NETWORK = 1e-5
 BOOTSTRAP = 0.012
 # The normal quantile stands for the bootstrap's: a few per cent with 40 scenes.
 BOOTSTRAP_WIDTH = 0.03
+
+# avs/scorer/backbones.py: merging a batch norm into a convolution rounds each weight once (6e-8); up to 26 blocks deep,
+# relative to the largest feature.
+FUSED_CONVOLUTIONS = 1e-4
+# avs/scorer/network.py: float32 against float64, or float32 summed in another order, through two decoder layers whose
+# tokens are of order one; the network's output lies in 0..1.
+FLOAT32_NETWORK = 1e-4
+# avs/representations/gaussians/adam.py: 20 steps of 0.01 on numbers of order one, each rounded to float32.
+ADAM_STEPS = 2e-6

@@ -1,0 +1,134 @@
+"""The model card: what a scorer was trained on, how, and how well it predicts on scenes it has not seen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy.stats import pearsonr, spearmanr
+
+from avs.files import file_hash
+from avs.scorer.dataset import resized_map
+from avs.scorer.distortions import Distortions, decoded
+from avs.scorer.network import CrossReferenceNetwork
+from avs.scorer.scoring import CrossReferenceScorer
+from avs.scorer.settings import ScorerSettings
+
+_BATCH = 8
+_PIXELS = 64
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Predicted and true quality of one held-out rendering.
+
+    Attributes:
+        scene: number of its scene.
+        moment: number of its moment within the scene.
+        captured: whether its view had been captured at that moment; if not, it was a candidate.
+        predicted: predicted SSIM of the image.
+        true: its true SSIM, over all pixels.
+        pixels: ``[p, 2]`` predicted and true values of some pixels.
+    """
+
+    scene: int
+    moment: int
+    captured: bool
+    predicted: float
+    true: float
+    pixels: npt.NDArray[np.float32]
+
+
+def model_card(
+    network: CrossReferenceNetwork,
+    settings: ScorerSettings,
+    backbone: Path | None,
+    scenes: list[Distortions],
+    held_out: list[Distortions],
+    curve: Sequence[Any],
+    device: str,
+) -> dict[str, Any]:
+    """Return the card's content; it depends on the data, the settings and the kind of machine alone."""
+    predictions = list(predict_held_out(network, settings, held_out, device))
+    return {
+        "schema_version": 1,
+        "settings": settings.model_dump(mode="json"),
+        "parameters": sum(parameter.numel() for parameter in network.parameters()),
+        "backbone_weights": "random" if backbone is None else {"file": backbone.name, "sha256": file_hash(backbone)},
+        "training_scenes": [_summary(scene) for scene in scenes],
+        "held_out_scenes": [_summary(scene) for scene in held_out],
+        "mean_absolute_error": [
+            {"step": point.step, "training": round(point.training, 6), "held_out": round(point.held_out, 6)}
+            for point in curve
+        ],
+        "held_out": {key: round(value, 6) for key, value in agreement(predictions).items()},
+    }
+
+
+def predict_held_out(
+    network: CrossReferenceNetwork, settings: ScorerSettings, held_out: list[Distortions], device: str
+) -> Iterator[Prediction]:
+    """Score whole held-out renderings against photographs captured at their moment, without their own."""
+    training = settings.training
+    scorer = CrossReferenceScorer(network, training.resize, _BATCH, device)
+    rng = np.random.default_rng([settings.seed, 2])
+    for number, scene in enumerate(held_out):
+        tokens = [scorer.encode(photograph[None])[0] for photograph in scene.photographs]
+        for row, rendering in enumerate(scene.renderings):
+            image, moment = scene.images[row], scene.moment_of[row]
+            captured = scene.moments[moment].captured
+            pool = np.array([other for other in captured if other != image])
+            drawn = rng.permutation(pool)[: training.references.count]
+            predicted = scorer.maps(rendering[None], [[tokens[other] for other in drawn]])[0]
+            true = decoded(scene.maps[row])
+            rows, columns = predicted.shape
+            paired = np.stack([predicted, resized_map(true, training.resize).numpy()[:rows, :columns]], axis=-1)
+            yield Prediction(
+                scene=number,
+                moment=moment,
+                captured=image in captured,
+                predicted=float(predicted.mean(dtype=np.float64)),
+                true=float(true.mean(dtype=np.float64)),
+                pixels=rng.permutation(paired.reshape(-1, 2))[:_PIXELS],
+            )
+
+
+def agreement(predictions: Sequence[Prediction]) -> dict[str, float]:
+    """Return how well predictions agree with the truth.
+
+    ``pearson`` and ``spearman`` over all images; ``pixel_pearson`` and ``pixel_spearman`` over sampled pixels;
+    ``candidate_spearman``: over the views not yet captured at one moment of one scene, mean over moments. The last is
+    what a choice among candidates depends on; the first are easier, because quality rises in the course of a
+    reconstruction.
+    """
+    images = np.array([(item.predicted, item.true) for item in predictions])
+    pixels = np.concatenate([item.pixels for item in predictions])
+    groups: dict[tuple[int, int], list[tuple[float, float]]] = {}
+    for item in predictions:
+        if not item.captured:
+            groups.setdefault((item.scene, item.moment), []).append((item.predicted, item.true))
+    within = [float(spearmanr(*np.array(group).T).statistic) for group in groups.values() if len(group) > 2]
+    return {
+        "images": float(len(images)),
+        "pearson": float(pearsonr(*images.T).statistic),
+        "spearman": float(spearmanr(*images.T).statistic),
+        "pixel_pearson": float(pearsonr(*pixels.T).statistic),
+        "pixel_spearman": float(spearmanr(*pixels.T).statistic),
+        "candidate_spearman": float(np.mean(within)),
+        "mean_absolute_error": float(np.abs(images[:, 0] - images[:, 1]).mean()),
+    }
+
+
+def _summary(scene: Distortions) -> dict[str, Any]:
+    return {
+        "name": scene.scene,
+        "sha256": scene.scene_hash,
+        "photographs": len(scene.photographs),
+        "renderings": len(scene),
+        "moments": len(scene.moments),
+        "mean_ssim": round(float(np.mean([decoded(code).mean() for code in scene.maps])), 6),
+    }

@@ -1,0 +1,115 @@
+"""The cross-reference network: predicts the SSIM map of a rendering from photographs of other views.
+
+Architecture of CrossScore (arXiv 2404.14409) with the low-latency backbone of "Active View Selector" (arXiv
+2506.19844): tokens of 14x14 pixels, a two-layer transformer decoder in which the query image's tokens attend to those
+of all reference images, and a head that gives 14x14 values in 0..1 per token.
+"""
+
+from __future__ import annotations
+
+import copy
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from avs.scorer.backbones import BACKBONES, Backbone
+from avs.scorer.positions import PositionCodes
+from avs.scorer.settings import PATCH, NetworkSettings
+
+_IMAGENET_MEAN = (0.485, 0.456, 0.406)
+_IMAGENET_DEVIATION = (0.229, 0.224, 0.225)
+
+
+class CrossReferenceNetwork(nn.Module):
+    """Predicts SSIM maps without the true image.
+
+    ``encode`` turns images into tokens, ``predict`` compares the tokens of query images with those of reference images;
+    so the tokens of a reference image are computed once however often it is compared with.
+    """
+
+    mean: Tensor
+    deviation: Tensor
+
+    def __init__(self, settings: NetworkSettings, backbone: Backbone) -> None:
+        """Build the parts behind ``backbone``, with weights drawn from torch's generator (see ``build_network``)."""
+        super().__init__()
+        self.settings = settings
+        self.backbone = backbone
+        width = settings.channels
+        # The stages' widths differ; a 1x1 convolution brings each to that of a token.
+        self.projections = nn.ModuleList(nn.Conv2d(channels, width, 1) for channels in backbone.channels)
+        self.positions = PositionCodes(width, settings.position_size, settings.position_seed)
+        # Post-norm, no dropout, no norm after the last layer. (nn.TransformerDecoder would start all layers equal.)
+        self.decoder = nn.ModuleList(
+            nn.TransformerDecoderLayer(width, settings.heads, settings.hidden, dropout=0.0, batch_first=True)
+            for _ in range(settings.layers)
+        )
+        self.head = nn.Sequential(
+            nn.Linear(width, width), nn.LeakyReLU(0.01), nn.Linear(width, PATCH * PATCH), nn.Sigmoid()
+        )
+        self.register_buffer("mean", torch.tensor(_IMAGENET_MEAN).view(1, 3, 1, 1), persistent=False)
+        self.register_buffer("deviation", torch.tensor(_IMAGENET_DEVIATION).view(1, 3, 1, 1), persistent=False)
+
+    def encode(self, images: Tensor) -> Tensor:
+        """Return the tokens of ``images``, position codes included.
+
+        The paper asks for features of size (h/14, w/14); as in CrossScore the quotients are rounded down, so the last
+        rows and columns of pixels (fewer than 14) get no score of their own. The features are resized as a whole, not
+        cropped.
+
+        Args:
+            images: ``[n, 3, height, width]`` in 0..1, sRGB, at least 14 pixels a side.
+
+        Returns:
+            ``[n, height // 14, width // 14, channels]``.
+
+        Raises:
+            ValueError: an image is smaller than a token.
+        """
+        rows, columns = images.shape[-2] // PATCH, images.shape[-1] // PATCH
+        if not rows or not columns:
+            raise ValueError(f"images of {tuple(images.shape[-2:])} pixels are smaller than a token of {PATCH}")
+        maps = self.backbone((images - self.mean) / self.deviation)
+        tokens: Tensor = self.positions(rows, columns)
+        for features, projection in zip(maps, self.projections, strict=True):
+            tokens = tokens + functional.interpolate(projection(features), (rows, columns), mode="bilinear")
+        return tokens.permute(0, 2, 3, 1).contiguous()
+
+    def predict(self, queries: Tensor, references: Tensor, absent: Tensor | None = None) -> Tensor:
+        """Return the predicted SSIM maps of query images.
+
+        Args:
+            queries: ``[n, rows, columns, channels]``, tokens from ``encode``.
+            references: ``[n, tokens, channels]``, the tokens of all reference images of each query, one after another;
+                their order does not matter.
+            absent: ``[n, tokens]`` bool, True where ``references`` is only filled up; None if nowhere.
+
+        Returns:
+            ``[n, 14 rows, 14 columns]`` in 0..1.
+        """
+        count, rows, columns, _ = queries.shape
+        tokens = queries.flatten(1, 2)
+        for layer in self.decoder:
+            tokens = layer(tokens, references, memory_key_padding_mask=absent)
+        patches: Tensor = self.head(tokens).view(count, rows, columns, PATCH, PATCH)
+        return patches.transpose(2, 3).reshape(count, rows * PATCH, columns * PATCH)
+
+    def with_backbone(self, backbone: Backbone) -> CrossReferenceNetwork:
+        """Return a copy of this network whose backbone is ``backbone``."""
+        copied = copy.deepcopy(self)
+        copied.backbone = backbone
+        return copied
+
+
+def build_network(settings: NetworkSettings, seed: int, backbone: Backbone | None = None) -> CrossReferenceNetwork:
+    """Return a network with random weights that depend on ``seed`` alone; torch's global generator stays as it is.
+
+    Args:
+        settings: the architecture.
+        seed: of the initial weights.
+        backbone: use this one instead of a random one.
+    """
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(seed)
+        return CrossReferenceNetwork(settings, backbone or BACKBONES[settings.backbone](settings.taps, None))

@@ -1,0 +1,135 @@
+"""Settings of the cross-reference scorer. Imports no torch, so that the workflow can read them quickly."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
+
+PATCH = 14
+"""Pixels along a side of the square that one token describes, as in DINOv2 and CrossScore."""
+
+
+class _Settings(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class ResizeSettings(_Settings):
+    """How images are resized before they are scored; the aspect ratio stays."""
+
+    side: Literal["long", "short"] = Field(
+        default="long",
+        description="the side that gets `pixels`: long as the paper says, short as CrossScore's code does",
+    )
+    pixels: int = Field(default=518, ge=PATCH, description="length of that side in pixels")
+
+
+class ReferenceSettings(_Settings):
+    """Which captured photographs an image is compared with."""
+
+    count: PositiveInt = Field(default=5, description="number of reference images for one query image")
+    choice: Literal["random", "nearest"] = Field(
+        default="random",
+        description="drawn anew for each query image, or those whose camera centres are nearest to its own",
+    )
+    pad: Literal["none", "black"] = Field(
+        default="none",
+        description="when photographs are too few: use those there are, or fill up with black images as CrossScore",
+    )
+
+
+class NetworkSettings(_Settings):
+    """Architecture. Everything that a checkpoint must agree with."""
+
+    backbone: Literal["repvit_m0_9"] = Field(default="repvit_m0_9", description="image encoder")
+    taps: Literal["A", "B"] = Field(
+        default="A",
+        description="RepViT's layers '2, 6, 22, 25': A counts the 26 blocks from 0 without the stem, B with the stem",
+    )
+    channels: PositiveInt = Field(default=256, description="width of a token")
+    layers: PositiveInt = Field(default=2, description="decoder layers")
+    heads: PositiveInt = Field(default=8, description="attention heads; divides `channels`")
+    hidden: PositiveInt = Field(default=256, description="width of the decoder's feed-forward layers")
+    position_size: int = Field(default=40, ge=2, description="side of the grid of random position codes")
+    position_seed: NonNegativeInt = Field(default=0, description="seed of the position codes")
+
+    @model_validator(mode="after")
+    def _heads_divide(self) -> Self:
+        if self.channels % self.heads:
+            raise ValueError(f"heads ({self.heads}) must divide channels ({self.channels})")
+        return self
+
+
+class RenderSettings(_Settings):
+    """Distortion data: when a training scene is rendered while it is being reconstructed.
+
+    A run begins with farthest-view sampling, like an episode, and adds views at random between the moments; so the
+    artefacts are those that a selector meets. CrossScore renders at 1000, 7000 and 15000 steps of one run on all views.
+    """
+
+    views: tuple[PositiveInt, ...] = Field(
+        default=(4, 6, 8, 12, 16, 20), min_length=1, description="number of captured views at each moment, ascending"
+    )
+    iterations: tuple[PositiveInt, ...] = Field(
+        default=(400, 1500, 3000, 7200, 13000, 20000), min_length=1, description="optimisation steps at each moment"
+    )
+    runs: PositiveInt = Field(default=1, description="reconstructions of the scene, with different views")
+    cameras: PositiveInt = Field(default=64, description="most images rendered at one moment, sampled from all views")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if len(self.views) != len(self.iterations):
+            raise ValueError(f"views has {len(self.views)} entries, iterations {len(self.iterations)}")
+        if any(later < earlier for earlier, later in pairwise(self.views)):
+            raise ValueError("views must not descend")
+        if any(later <= earlier for earlier, later in pairwise(self.iterations)):
+            raise ValueError("iterations must ascend")
+        return self
+
+
+class TrainingSettings(_Settings):
+    """Optimisation of the network. The length is in steps, never in seconds, so that a run can be repeated."""
+
+    backbone_weights: Literal["auto", "pretrained", "scratch"] = Field(
+        default="auto",
+        description="ImageNet weights from a local file if there is one, always (else it is an error), or never",
+    )
+    backbone_tag: str = Field(default="dist_450e_in1k", description="which of timm's ImageNet weights")
+    backbone_frozen: bool | None = Field(
+        default=None, description="keep the backbone as it is; null: keep it if and only if it is pretrained"
+    )
+    resize: ResizeSettings = Field(
+        default=ResizeSettings(side="short", pixels=540), description="size of the images before they are cropped"
+    )
+    crop: int = Field(default=518, ge=PATCH, multiple_of=PATCH, description="side of the square crops in pixels")
+    references: ReferenceSettings = Field(default=ReferenceSettings(), description="reference images of a query")
+    reference_pool: Literal["scene", "captured"] = Field(
+        default="scene",
+        description="references are drawn from all photographs of the scene, or from those its reconstruction has seen",
+    )
+    steps: PositiveInt = Field(default=20000, description="optimisation steps")
+    batch: PositiveInt = Field(default=128, description="query images in a step")
+    queries_per_set: PositiveInt = Field(
+        default=1, description="query images of one scene that share a set of references in a step; divides `batch`"
+    )
+    learning_rate: PositiveFloat = Field(default=5e-4, description="of AdamW, weight decay 0.01")
+    schedule: Literal["constant", "cosine"] = Field(
+        default="constant", description="learning rate over the steps: constant as in the paper, or a half cosine to 0"
+    )
+    warmup: NonNegativeInt = Field(default=0, description="first steps, over which the learning rate grows linearly")
+    evaluations: PositiveInt = Field(default=5, description="number of times the held-out error is measured")
+
+    @model_validator(mode="after")
+    def _sets_divide(self) -> Self:
+        if self.batch % self.queries_per_set:
+            raise ValueError(f"queries_per_set ({self.queries_per_set}) must divide batch ({self.batch})")
+        return self
+
+
+class ScorerSettings(_Settings):
+    """One trained scorer."""
+
+    network: NetworkSettings = Field(default=NetworkSettings(), description="architecture")
+    training: TrainingSettings = Field(default=TrainingSettings(), description="optimisation")
+    seed: NonNegativeInt = Field(default=0, description="of the initial weights and of every random choice in training")

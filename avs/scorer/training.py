@@ -1,0 +1,185 @@
+"""Training of the cross-reference network."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch import Tensor
+from torch.nn import functional
+
+from avs.errors import UserError
+from avs.files import write_json
+from avs.scorer.backbones import BACKBONES, find_weights
+from avs.scorer.card import model_card
+from avs.scorer.checkpoint import save_network
+from avs.scorer.dataset import Batch, Sampler
+from avs.scorer.distortions import Distortions, read_distortions
+from avs.scorer.network import CrossReferenceNetwork, build_network
+from avs.scorer.settings import ScorerSettings, TrainingSettings
+
+Progress = Callable[[str], None]
+"""Takes one line about the course of the training."""
+
+_HELD_OUT_BATCHES = 4
+
+
+@dataclass(frozen=True)
+class LossPoint:
+    """Mean absolute error of the predicted SSIM maps at one step."""
+
+    step: int
+    training: float
+    held_out: float
+
+
+def train(
+    training: list[Path],
+    held_out: list[Path],
+    weights: Path,
+    card: Path,
+    settings: ScorerSettings,
+    progress: Progress,
+    device: str = "cpu",
+) -> None:
+    """Train a scorer and write its checkpoint and its model card.
+
+    Args:
+        training: distortion data of the scenes that train it.
+        held_out: distortion data of other scenes, which only measure it.
+        weights: checkpoint to write.
+        card: model card (JSON) to write.
+        settings: architecture, optimisation and seed.
+        progress: is told one line at each evaluation.
+        device: ``cpu`` or ``cuda``.
+
+    Raises:
+        UserError: a file is damaged, a held-out scene is also a training scene, or pretrained weights are demanded and
+        absent.
+    """
+    scenes = [read_distortions(path) for path in training]
+    others = [read_distortions(path) for path in held_out]
+    shared = {scene.scene_hash for scene in scenes} & {scene.scene_hash for scene in others}
+    if shared:
+        name = next(scene.scene for scene in others if scene.scene_hash in shared)
+        raise UserError(f"scene {name}", "is both for training and held out", "choose other scenes")
+    source = backbone_source(settings)
+    network, curve = fit(scenes, others, settings, source, progress, device)
+    save_network(weights, network)
+    write_json(card, model_card(network, settings, source, scenes, others, curve, device))
+
+
+def backbone_source(settings: ScorerSettings) -> Path | None:
+    """Return the file of the backbone's ImageNet weights, or None to begin with random ones.
+
+    Raises:
+        UserError: the settings demand pretrained weights, and no local file has them.
+    """
+    training = settings.training
+    if training.backbone_weights == "scratch":
+        return None
+    path = find_weights(settings.network.backbone, training.backbone_tag)
+    if path is None and training.backbone_weights == "pretrained":
+        name = f"{settings.network.backbone}.{training.backbone_tag}"
+        raise UserError(name, "no local file of these ImageNet weights", "fetch them, or set backbone_weights: auto")
+    return path
+
+
+def fit(
+    scenes: list[Distortions],
+    held_out: list[Distortions],
+    settings: ScorerSettings,
+    source: Path | None,
+    progress: Progress,
+    device: str = "cpu",
+) -> tuple[CrossReferenceNetwork, list[LossPoint]]:
+    """Train a network on ``scenes``; the same data, settings and number of threads give the same bits on a CPU.
+
+    A pretrained backbone is frozen, as CrossScore's is: its batch norms keep their statistics and it stays in
+    evaluation mode. A random one is trained with the rest: its batch norms use the statistics of each batch (queries
+    and references together) and the network is evaluated with their running means.
+
+    Args:
+        scenes: distortion data to train on.
+        held_out: distortion data that only measure the error on the way.
+        settings: architecture, optimisation and seed.
+        source: ImageNet weights of the backbone, or None for random ones.
+        progress: is told one line at each evaluation.
+        device: ``cpu`` or ``cuda``.
+
+    Returns:
+        The network in evaluation mode, and the course of the error.
+    """
+    training = settings.training
+    network = _initial(settings, source).to(device)
+    frozen = source is not None if training.backbone_frozen is None else training.backbone_frozen
+    network.backbone.requires_grad_(not frozen)
+    sampler = Sampler(scenes, training, np.random.default_rng([settings.seed, 0]))
+    examination = Sampler(held_out, training, np.random.default_rng([settings.seed, 1]))
+    batches = [examination.batch().to(device) for _ in range(_HELD_OUT_BATCHES)]
+    optimizer = torch.optim.AdamW(
+        (parameter for parameter in network.parameters() if parameter.requires_grad), lr=training.learning_rate
+    )
+    schedule = torch.optim.lr_scheduler.LambdaLR(optimizer, lambda step: _rate(step, training))
+    marks = {round(training.steps * (i + 1) / training.evaluations) for i in range(training.evaluations)}
+    curve: list[LossPoint] = []
+    recent: list[float] = []
+    for step in range(1, training.steps + 1):
+        network.train()
+        network.backbone.train(not frozen)
+        error = loss(network, sampler.batch().to(device))
+        optimizer.zero_grad()
+        error.backward()  # type: ignore[no-untyped-call]
+        optimizer.step()
+        schedule.step()
+        recent.append(float(error.detach()))
+        if step in marks:
+            curve.append(LossPoint(step, float(np.mean(recent)), _examine(network, batches)))
+            progress(
+                f"step {step} of {training.steps}: error {curve[-1].training:.4f}, held out {curve[-1].held_out:.4f}"
+            )
+            recent.clear()
+    return network.eval(), curve
+
+
+def loss(network: CrossReferenceNetwork, batch: Batch) -> Tensor:
+    """Return the mean absolute error of the predicted SSIM maps, CrossScore's training loss."""
+    sets, per_set = batch.queries.shape[:2]
+    count = batch.references.shape[1]
+    images = torch.cat([batch.queries.flatten(0, 1), batch.references.flatten(0, 1)])
+    tokens = network.encode(images.contiguous(memory_format=torch.channels_last))
+    queries, references = tokens[: sets * per_set], tokens[sets * per_set :]
+    # every query of a set sees the set's references, one after another
+    memory = references.reshape(sets, 1, -1, references.shape[-1]).expand(-1, per_set, -1, -1).flatten(0, 1)
+    absent = None
+    if not bool(batch.present.all()):
+        per_token = (~batch.present).repeat_interleave(memory.shape[1] // count, dim=1)
+        absent = per_token.repeat_interleave(per_set, dim=0)
+    return functional.l1_loss(network.predict(queries, memory, absent), batch.maps.flatten(0, 1))
+
+
+@torch.inference_mode()
+def _examine(network: CrossReferenceNetwork, batches: list[Batch]) -> float:
+    network.eval()
+    return float(np.mean([float(loss(network, batch)) for batch in batches]))
+
+
+def _initial(settings: ScorerSettings, source: Path | None) -> CrossReferenceNetwork:
+    """Return a network with random weights, and with the backbone of ``source`` if there is one."""
+    network = build_network(settings.network, settings.seed)
+    if source is None:
+        return network
+    return network.with_backbone(BACKBONES[settings.network.backbone](settings.network.taps, source))
+
+
+def _rate(step: int, training: TrainingSettings) -> float:
+    """Return the factor of the learning rate after ``step`` steps."""
+    if step < training.warmup:
+        return (step + 1) / training.warmup
+    if training.schedule == "constant":
+        return 1.0
+    return 0.5 * (1.0 + math.cos(math.pi * (step - training.warmup) / max(1, training.steps - training.warmup)))

@@ -1,0 +1,126 @@
+"""Active View Selector: the candidate whose rendering a cross-reference network scores lowest (arXiv 2506.19844)."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field, PositiveInt
+
+from avs.errors import UserError
+from avs.scorer.settings import ReferenceSettings, ResizeSettings
+from avs.selectors.base import Method, Resources, Selection, Settings, State, choose
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from avs.scorer.scoring import CrossReferenceScorer
+
+Image = npt.NDArray[np.uint8]
+
+
+class CrossReferenceSettings(Settings):
+    """Settings of the cross-reference methods; which of RepViT's layers are read is part of the trained weights."""
+
+    references: ReferenceSettings = Field(
+        default=ReferenceSettings(), description="captured photographs that a rendering is compared with"
+    )
+    resize: ResizeSettings = Field(default=ResizeSettings(), description="size of the images that the network sees")
+    batch: PositiveInt = Field(default=8, description="candidates rendered and scored at once; bounds the memory")
+
+
+class CrossReferenceSelector:
+    """Lowest predicted SSIM, the plain mean of the predicted map.
+
+    A captured photograph is encoded once in an episode: its tokens are kept under a digest of its pixels, so nothing
+    goes wrong when an episode begins anew.
+    """
+
+    def __init__(
+        self, settings: CrossReferenceSettings, resources: Resources, scorer: CrossReferenceScorer | None = None
+    ) -> None:
+        """Load the scorer from ``resources.weights``, unless one is given.
+
+        Raises:
+            UserError: the weights are missing or damaged.
+        """
+        if scorer is None:
+            from avs.scorer.scoring import load_scorer
+
+            if resources.weights is None:
+                raise UserError(
+                    "cross-reference selector", "has no weights", "train its scorer and pass its checkpoint"
+                )
+            scorer = load_scorer(resources.weights, settings.resize, settings.batch, resources.device)
+        self._settings = settings
+        self._scorer = scorer
+        self._tokens: dict[bytes, Tensor] = {}
+
+    def select(self, state: State, k: int) -> Selection:
+        """Return the ``k`` candidates of the lowest predicted SSIM; of the representation only ``render`` is used."""
+        tokens = self._encoded(state.captured.images)
+        references = self._references(state, tokens)
+        scores = np.empty(len(state.candidates))
+        render_seconds = 0.0
+        for _, indices in state.candidates.by_size():
+            for rows in np.split(indices, range(self._settings.batch, len(indices), self._settings.batch)):
+                start = time.perf_counter()
+                renderings = state.representation.render(state.candidates[rows]).rgb
+                render_seconds += time.perf_counter() - start
+                scores[rows] = self._scorer.score(renderings, [references[row] for row in rows])
+        return Selection(choose(scores, k, higher_is_worse=False), scores, render_seconds)
+
+    def _encoded(self, images: Sequence[Image]) -> list[Tensor]:
+        """Return the tokens of all captured photographs; encodes those that are new, forgets those that are gone."""
+        digests = [_digest(image) for image in images]
+        for digest, image in zip(digests, images, strict=True):
+            if digest not in self._tokens:
+                self._tokens[digest] = self._scorer.encode(image[None])[0]
+        self._tokens = {digest: self._tokens[digest] for digest in digests}
+        return [self._tokens[digest] for digest in digests]
+
+    def _references(self, state: State, tokens: Sequence[Tensor]) -> list[list[Tensor]]:
+        """Return the reference images of each candidate."""
+        count = self._settings.references.count
+        chosen = [[tokens[row] for row in rows] for rows in _rows(state, self._settings.references)]
+        if self._settings.references.pad == "none" or len(tokens) >= count:
+            return chosen
+        black = self._scorer.encode(np.zeros_like(state.captured.images[0])[None])
+        return [some + black * (count - len(some)) for some in chosen]
+
+
+def _rows(state: State, settings: ReferenceSettings) -> Iterable[npt.NDArray[np.int64]]:
+    """Yield for each candidate the captured views that it is compared with."""
+    captured = state.captured.cameras.centers
+    for center in state.candidates.centers:
+        if settings.choice == "random":
+            order = state.rng.permutation(len(captured))
+        else:
+            order = np.argsort(np.linalg.norm(captured - center, axis=1), kind="stable")
+        yield order[: settings.count]
+
+
+def _digest(image: Image) -> bytes:
+    """Return a name for an image's pixels."""
+    return hashlib.blake2b(repr(image.shape).encode() + image.tobytes(), digest_size=16).digest()
+
+
+METHODS = {
+    "ours-repvit": Method(
+        label="Ours-RepViT",
+        group="2D-based",
+        source=(
+            "Active View Selector, arXiv 2506.19844, with CrossScore's network (arXiv 2404.14409) and five random "
+            "references per candidate. The weights are trained here, because none are published; with fewer than "
+            "five photographs those there are serve, where CrossScore adds black images (option pad)."
+        ),
+        higher_is_worse=False,
+        build=CrossReferenceSelector,
+        settings=CrossReferenceSettings,
+        scorer="repvit",
+    )
+}
