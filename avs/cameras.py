@@ -1,7 +1,8 @@
 """Pinhole cameras in one convention.
 
 Axes follow OpenCV (x right, y down, z forward). ``world_to_camera`` maps homogeneous world points to camera
-coordinates. Pixel centres lie at half integers: the centre of the upper left pixel is (0.5, 0.5), as in COLMAP and gsplat.
+coordinates. Pixel centres lie at half integers, as in COLMAP and gsplat: the centre of the upper left pixel is
+(0.5, 0.5).
 """
 
 from __future__ import annotations

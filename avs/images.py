@@ -2,38 +2,56 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from PIL import Image
+from PIL import Image, ImageOps
 
 from avs.errors import UserError
 
 Pixels = npt.NDArray[np.uint8]
 
 
-def read_image(path: Path) -> Pixels:
-    """Read an image file as ``[height, width, 3]`` uint8 sRGB, as it is stored: its EXIF orientation is not applied.
+@contextlib.contextmanager
+def open_image(path: Path) -> Iterator[Image.Image]:
+    """Open an image file; its pixels are decoded when they are asked for, inside the block.
 
     Raises:
-        UserError: the file is missing, unreadable, truncated, or no image.
+        UserError: the file is missing, truncated, no image, or has more than 8 bits per channel.
     """
     try:
         with Image.open(path) as image:
             if image.mode.startswith(("I", "F")):
                 fault = f"the image has more than 8 bits per channel (mode {image.mode})"
                 raise UserError(path, fault, "convert it to 8 bits per channel")
-            return np.array(image.convert("RGB"))
+            yield image
     except FileNotFoundError as error:
-        raise UserError(path, "the model names this image but it is missing", "restore the file") from error
+        raise UserError(path, "the image is missing, but the model names it", "restore the file") from error
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         if isinstance(error, OSError) and error.errno is not None:
             raise
         fault = f"the image is damaged or cut off ({error})"
         raise UserError(path, fault, "copy the image again, or take it out of the model") from error
+
+
+def read_image(path: Path, turned: bool = False) -> Pixels:
+    """Read an image file as ``[height, width, 3]`` uint8 sRGB; transparency is ignored.
+
+    Args:
+        path: the file.
+        turned: whether to apply the EXIF orientation; if not, the pixels come as they are stored.
+
+    Raises:
+        UserError: the file is missing, truncated, no image, or has more than 8 bits per channel.
+    """
+    with open_image(path) as image:
+        upright = ImageOps.exif_transpose(image) if turned else image
+        return np.array(upright.convert("RGB"))
 
 
 def pixel_hash(pixels: Pixels) -> str:
