@@ -70,5 +70,5 @@ def store_image(path: Path, image: Pixels | Path) -> Pixels:
         return pixels
     if path.suffix != ".png" or image.dtype != np.uint8 or image.ndim != 3:
         raise ValueError(f"{path.name} {image.dtype} {image.shape}: uint8 pixels are stored without loss, as .png")
-    Image.fromarray(image).save(path, format="PNG", compress_level=6)
+    Image.fromarray(image).save(path, format="PNG", compress_level=1)
     return image

@@ -13,7 +13,7 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 from PIL import Image
 
-from avs.cameras import Cameras
+from avs.cameras import Cameras, IndexArray
 from avs.colmap import Model, ModelCamera, ModelImage, find_model, read_model
 from avs.colmap.conversion import cameras_of, points_of, sorted_images
 from avs.datasets.settings import CaptureSettings
@@ -96,7 +96,8 @@ def list_captures(folder: Path) -> dict[str, Path]:
 def prepare(source: Path, folder: Path, settings: CaptureSettings) -> None:
     """Turn the capture in ``source`` into a scene in ``folder``, named after ``folder``, of data set ``captures``.
 
-    Only registered images are used. The images of every ``settings.test_every``-th name, from the first on, are the test.
+    Only registered images are used. Every ``settings.test_every``-th of them by name, from the first on, is a test
+    image.
 
     Raises:
         UserError: the model or an image is missing or damaged, or they contradict one another.
@@ -107,16 +108,13 @@ def prepare(source: Path, folder: Path, settings: CaptureSettings) -> None:
     if not model.images:
         raise UserError(find_model(sparse)[1], "registers no image", "run the structure from motion again")
     images = sorted_images(model)
-    pictures = [
-        _plan(source, find_model(sparse)[0], model.cameras[image.camera_id], image, settings) for image in images
-    ]
-    names = _unique_names(pictures)
+    camera_file = find_model(sparse)[0]
+    pictures = [_plan(source, camera_file, model.cameras[image.camera_id], image, settings) for image in images]
     cameras = _cameras(model, pictures)
     points = _visible(points_of(model), cameras)
+    names = _unique_names(pictures)
     order = sorted(range(len(names)), key=names.__getitem__)
-    rows = np.argsort(order)
-    points.observations[:, 1] = rows[points.observations[:, 1]]
-    notes += _notes(source, pictures, points)
+    places = np.argsort(order)
     write_scene(
         folder,
         name=folder.name,
@@ -124,11 +122,11 @@ def prepare(source: Path, folder: Path, settings: CaptureSettings) -> None:
         names=[names[index] for index in order],
         images=(pictures[index].read(settings) for index in order),
         cameras=cameras[order],
-        test=np.sort(rows[:: settings.test_every]),
-        points=replace(points, observations=points.observations[np.lexsort(points.observations.T[::-1])]),
+        test=np.sort(places[:: settings.test_every]),
+        points=_reordered(points, places),
         source=f"capture {source.resolve().name}",
         licence="as the capture's owner says",
-        notes=notes,
+        notes=notes + _notes(source, pictures, points),
     )
 
 
@@ -205,15 +203,20 @@ def _visible(points: Points, cameras: Cameras) -> Points:
     return replace(points, observations=points.observations[seen])
 
 
+def _reordered(points: Points, places: IndexArray) -> Points:
+    """Return ``points`` after image i has become image ``places[i]``."""
+    rows, images = points.observations.T
+    observations = np.stack([rows, places[images]], axis=1)
+    return replace(points, observations=np.unique(observations, axis=0))
+
+
 def _notes(source: Path, pictures: list[_Picture], points: Points) -> list[str]:
     """Return what a reader of the scene should know."""
     notes = []
     used = {picture.path for picture in pictures}
     present = {path for path in (source / "images").rglob("*") if path.suffix.lower() in _IMAGE_SUFFIXES}
     if present - used:
-        notes.append(
-            f"{len(present - used)} of {len(present)} images are left out, because the model does not register them"
-        )
+        notes.append(f"{len(present - used)} of {len(present)} images are left out: the model does not register them")
     bent = sum(pinhole(picture.camera) is None for picture in pictures)
     if bent:
         notes.append(f"{bent} images are undistorted")
