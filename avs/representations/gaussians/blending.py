@@ -1,0 +1,183 @@
+"""Front-to-back alpha blending of projected Gaussians over 8x8 tiles, forward pass.
+
+A tile's 64 pixels are four vectors of sixteen (two rows of eight). For each vector and each Gaussian of the tile's list,
+the exponent of the opacity is compared with its threshold first, so that all else is skipped where none of the sixteen
+pixels is touched. A pixel that has stopped, or lies outside the image, has a negative transmittance.
+"""
+
+import numpy as np
+
+from avs.representations.gaussians.kernels import inline, kernel
+from avs.representations.gaussians.simd import LANES, any_of, broadcast, exp2, fma, load, minimum, store, where
+from avs.representations.gaussians.tiles import TILE, tile_lists
+
+PIXELS = TILE * TILE
+BLOCKS = PIXELS // LANES
+# Opacity is held below 1, so that the transmittance stays above 0 (gsplat 1.5.3; FisherRF and the first 3DGS have 0.99).
+ALPHA_MAX = 0.999
+# A pixel stops at the Gaussian that would bring its transmittance to this or below; that one is not blended.
+TRANSMITTANCE_MIN = 1e-4
+LOG2_ALPHA_MIN = float(np.log2(1.0 / 255.0))
+LOG2_E = float(np.log2(np.e))
+
+# Columns of a record: what the blending loops read of one Gaussian. The quadratic form (dx^2, dx dy, dy^2) and the
+# logarithm of the opacity are in base 2, the former with the sign of the exponent.
+X, Y, XX, XY, YY, LOG_OPACITY, OPACITY, INDEX, COLOR = 0, 1, 2, 3, 4, 5, 6, 7, 8
+
+
+@kernel
+def pack_records(order, means2d, conics, opacities, colors, depths, with_depth):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Return the records ``[M, width]`` of the Gaussians in ``order``, colours and then depth as their channels."""
+    channels = colors.shape[1]
+    width = COLOR + (channels + (1 if with_depth else 0) + 7) // 8 * 8
+    records = np.empty((len(order), width), np.float32)
+    for place in range(len(order)):
+        i = order[place]
+        records[place, X] = means2d[i, 0]
+        records[place, Y] = means2d[i, 1]
+        records[place, XX] = np.float32(-0.5 * LOG2_E) * conics[i, 0]
+        records[place, XY] = np.float32(-LOG2_E) * conics[i, 1]
+        records[place, YY] = np.float32(-0.5 * LOG2_E) * conics[i, 2]
+        records[place, LOG_OPACITY] = np.log2(opacities[i])
+        records[place, OPACITY] = opacities[i]
+        for c in range(channels):
+            records[place, COLOR + c] = colors[i, c]
+        if with_depth:
+            records[place, COLOR + channels] = depths[i]
+    return records
+
+
+@inline
+def pixel_centres():  # type: ignore[no-untyped-def]  # noqa: ANN201
+    """Return the columns and rows of the centres of a tile's first sixteen pixels, from the tile's corner."""
+    numbers = np.empty(2 * LANES, np.float32)
+    for lane in range(LANES):
+        numbers[lane] = np.float32(lane % TILE) + np.float32(0.5)
+        numbers[LANES + lane] = np.float32(lane // TILE) + np.float32(0.5)
+    return load(numbers, 0), load(numbers, LANES)
+
+
+@inline
+def _live_blocks(transmittance, base):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return a bit for each of a tile's four blocks that has a pixel which has not stopped."""
+    live = 0
+    for block in range(BLOCKS):
+        if any_of(load(transmittance, base + block * LANES) > 0.0):
+            live |= 1 << block
+    return live
+
+
+@inline
+def _blend_tile(records, entries, start, end, x, y, channels, live, transmittance, base, pixels):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Blend a list into a tile; ``x`` and ``y`` are the pixel centres of its first block. Return the live blocks."""
+    flat = records.reshape(-1)
+    width = records.shape[1]
+    for e in range(start, end):
+        at = entries[e] * width
+        dx = x - flat[at + X]
+        quadratic = (flat[at + XX] * dx) * dx
+        mixed = flat[at + XY] * dx
+        log_opacity = flat[at + LOG_OPACITY]
+        stopped = False
+        for block in range(BLOCKS):
+            if not live & (1 << block):
+                continue
+            dy = y - (flat[at + Y] - np.float32(2 * block))
+            power = fma(dy, fma(dy, flat[at + YY], mixed), quadratic)
+            exponent = power + log_opacity
+            light = load(transmittance, base + block * LANES)
+            touched = (exponent >= LOG2_ALPHA_MIN) & (power <= 0.0) & (light > 0.0)
+            if any_of(touched):
+                alpha = minimum(exp2(exponent), ALPHA_MAX)
+                onward = light * (1.0 - alpha)
+                blended = touched & (onward > TRANSMITTANCE_MIN)
+                stops = touched & (onward <= TRANSMITTANCE_MIN)
+                weight = where(blended, alpha * light, 0.0)
+                store(transmittance, base + block * LANES, where(blended, onward, where(stops, -light, light)))
+                stopped |= any_of(stops)
+                for c in range(len(channels)):
+                    at_pixel = (base * len(channels)) + c * PIXELS + block * LANES
+                    store(pixels, at_pixel, fma(weight, flat[at + COLOR + c], load(pixels, at_pixel)))
+        if stopped:
+            live = _live_blocks(transmittance, base)
+            if live == 0:
+                break
+    return live
+
+
+@kernel
+def blend(records, order, means2d, conics, opacities, channels, width, height):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Render one camera.
+
+    The Gaussians are taken in chunks from near to far, and tiles whose pixels have all stopped get no further entries: in
+    a scene with occlusion most of the lists are never built.
+
+    Args:
+        records: from :func:`pack_records`.
+        order: from :func:`~avs.representations.gaussians.tiles.depth_order`.
+        means2d: ``[N, 2]``.
+        conics: ``[N, 3]``.
+        opacities: ``[N]``.
+        channels: a tuple of as many numbers as there are channels; its length is known when the kernel is compiled.
+        width: image width in pixels.
+        height: image height in pixels.
+
+    Returns:
+        Transmittances ``[tiles * 64]`` (negative where a pixel stopped; meaningless outside the image), blended channels
+        ``[tiles * channels * 64]``, tile lists and their offsets ``[chunks, tiles + 1]``.
+    """
+    columns, rows = (width + TILE - 1) // TILE, (height + TILE - 1) // TILE
+    tiles = columns * rows
+    transmittance = np.ones(tiles * PIXELS, np.float32)
+    pixels = np.zeros(tiles * PIXELS * len(channels), np.float32)
+    live = np.full(tiles, (1 << BLOCKS) - 1, np.uint8)
+    for tile in range(tiles):
+        x, y = TILE * (tile % columns), TILE * (tile // columns)
+        if x + TILE > width or y + TILE > height:
+            for p in range(PIXELS):
+                if x + p % TILE >= width or y + p // TILE >= height:
+                    transmittance[tile * PIXELS + p] = np.float32(-1.0)
+            live[tile] = _live_blocks(transmittance, tile * PIXELS)
+    column, row = pixel_centres()
+    budget = max(32768, 8 * tiles)
+    entries = np.empty(2 * budget, np.int32)
+    offsets = np.empty((8, tiles + 1), np.int32)
+    used = 0
+    chunk = 0
+    place = 0
+    while place < len(order):
+        if chunk == len(offsets):
+            longer = np.empty((2 * chunk, tiles + 1), np.int32)
+            longer[:chunk] = offsets
+            offsets = longer
+        before = used
+        place, entries, used = tile_lists(
+            order, place, budget, means2d, conics, opacities, columns, rows, live, offsets[chunk], entries, used
+        )
+        if used == before:
+            continue
+        for tile in range(tiles):
+            start, end = offsets[chunk, tile], offsets[chunk, tile + 1]
+            if start < end:
+                live[tile] = _blend_tile(
+                    records, entries, start, end,
+                    column + np.float32(TILE * (tile % columns)), row + np.float32(TILE * (tile // columns)),
+                    channels, live[tile], transmittance, tile * PIXELS, pixels,
+                )  # fmt: skip
+        chunk += 1
+    return transmittance, pixels, entries[:used].copy(), offsets[:chunk].copy()
+
+
+@kernel
+def to_image(transmittance, pixels, channels, background, image, alpha):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Fill ``image [H, W, channels]``, with the background behind, and ``alpha [H, W]`` from the tiles."""
+    height, width = alpha.shape
+    columns = (width + TILE - 1) // TILE
+    for y in range(height):
+        for x in range(width):
+            tile = (y // TILE) * columns + x // TILE
+            p = (y % TILE) * TILE + x % TILE
+            light = abs(transmittance[tile * PIXELS + p])
+            alpha[y, x] = np.float32(1.0) - light
+            for c in range(len(channels)):
+                image[y, x, c] = pixels[(tile * len(channels) + c) * PIXELS + p] + light * background[c]

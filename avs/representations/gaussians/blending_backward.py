@@ -1,0 +1,192 @@
+"""Backward pass of the blending, front to back with recomputed opacities.
+
+With the weights w_j = alpha_j T_j of the Gaussians blended into a pixel and u_j = c_j . v + v_alpha (v: gradients of the
+pixel's channels and alpha), the sum R = sum_j w_j u_j is known from the rendered pixel, and
+
+    dL/d alpha_i = T_i u_i - (R - sum_{j <= i} w_j u_j) / (1 - alpha_i).
+
+So no list of blended Gaussians is kept and no transmittance is divided out; the opacities are recomputed by the very
+expressions of the forward pass, and each pixel stops where it stopped there.
+
+With g = alpha_i dL/d alpha_i, all gradients of centre, conic and opacity are linear in the sums of g, g dx, g dy, g dx^2,
+g dx dy and g dy^2 over pixels; only those six are accumulated. As one thread goes through the tiles in order, sums are
+always taken in the same order.
+"""
+
+import numpy as np
+
+from avs.representations.gaussians.blending import (
+    ALPHA_MAX, BLOCKS, COLOR, LOG2_ALPHA_MIN, LOG2_E, LOG_OPACITY, OPACITY, PIXELS, TRANSMITTANCE_MIN, X, XX, XY, Y, YY,
+    pixel_centres,
+)  # fmt: skip
+from avs.representations.gaussians.kernels import inline, kernel
+from avs.representations.gaussians.simd import (
+    LANES, absolute, any_of, broadcast, exp2, fma, load, minimum, store, sum_lanes, where,
+)  # fmt: skip
+from avs.representations.gaussians.tiles import TILE
+
+# Columns of the sums kept for each Gaussian.
+SUM, SUM_X, SUM_Y, SUM_XX, SUM_XY, SUM_YY, ABS_X, ABS_Y = 0, 1, 2, 3, 4, 5, 6, 7
+
+# Layout of a tile's scratch memory, in vectors of sixteen: transmittance, remaining sum, gradient of alpha, then gradients
+# of the channels; and, after those, one accumulator per channel.
+_LIGHT, _REST, _V_ALPHA, _V_COLOR = 0, PIXELS, 2 * PIXELS, 3 * PIXELS
+
+
+@inline
+def _load_tile(scratch, channels, tile, x, y, transmittance, pixels, background, v_image, v_alpha):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Fill the scratch memory for a tile whose first pixel is (x, y). Return the live blocks."""
+    height, width = v_alpha.shape
+    live = 0
+    for p in range(PIXELS):
+        column, row = x + p % TILE, y + p // TILE
+        if column >= width or row >= height:
+            scratch[_LIGHT + p] = np.float32(-1.0)
+            scratch[_REST + p] = scratch[_V_ALPHA + p] = np.float32(0.0)
+            for c in range(len(channels)):
+                scratch[_V_COLOR + c * PIXELS + p] = np.float32(0.0)
+            continue
+        live |= 1 << (p // LANES)
+        v = v_alpha[row, column]
+        rest = np.float32(0.0)
+        for c in range(len(channels)):
+            v_channel = v_image[row, column, c]
+            scratch[_V_COLOR + c * PIXELS + p] = v_channel
+            v -= v_channel * background[c]
+            rest += v_channel * pixels[(tile * len(channels) + c) * PIXELS + p]
+        scratch[_LIGHT + p] = np.float32(1.0)
+        scratch[_V_ALPHA + p] = v
+        scratch[_REST + p] = rest + v * (np.float32(1.0) - abs(transmittance[tile * PIXELS + p]))
+    return live
+
+
+@inline
+def _gradients_of_tile(records, entries, start, end, x, y, channels, absgrad, live, scratch, sums):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Add a list's gradients to ``sums``. Return the live blocks."""
+    flat, flat_sums = records.reshape(-1), sums.reshape(-1)
+    width = records.shape[1]
+    accumulators = _V_COLOR + len(channels) * PIXELS
+    for e in range(start, end):
+        at = entries[e] * width
+        dx = x - flat[at + X]
+        quadratic = (flat[at + XX] * dx) * dx
+        mixed = flat[at + XY] * dx
+        log_opacity = flat[at + LOG_OPACITY]
+        stopped = False
+        blends = False
+        sum_0 = broadcast(0.0)
+        sum_y = broadcast(0.0)
+        sum_yy = broadcast(0.0)
+        absolute_x = broadcast(0.0)
+        absolute_y = broadcast(0.0)
+        for c in range(len(channels)):
+            store(scratch, accumulators + c * LANES, broadcast(0.0))
+        for block in range(BLOCKS):
+            if not live & (1 << block):
+                continue
+            here = block * LANES
+            dy = y - (flat[at + Y] - np.float32(2 * block))
+            power = fma(dy, fma(dy, flat[at + YY], mixed), quadratic)
+            exponent = power + log_opacity
+            light = load(scratch, _LIGHT + here)
+            touched = (exponent >= LOG2_ALPHA_MIN) & (power <= 0.0) & (light > 0.0)
+            if any_of(touched):
+                unclamped = exp2(exponent)
+                alpha = minimum(unclamped, ALPHA_MAX)
+                onward = light * (1.0 - alpha)
+                blended = touched & (onward > TRANSMITTANCE_MIN)
+                stops = touched & (onward <= TRANSMITTANCE_MIN)
+                weight = where(blended, alpha * light, 0.0)
+                store(scratch, _LIGHT + here, where(blended, onward, where(stops, -light, light)))
+                stopped |= any_of(stops)
+                blends = True
+                inner = load(scratch, _V_ALPHA + here)
+                for c in range(len(channels)):
+                    v_channel = load(scratch, _V_COLOR + c * PIXELS + here)
+                    inner = fma(v_channel, flat[at + COLOR + c], inner)
+                    at_sum = accumulators + c * LANES
+                    store(scratch, at_sum, fma(weight, v_channel, load(scratch, at_sum)))
+                rest = load(scratch, _REST + here) - weight * inner
+                store(scratch, _REST + here, rest)
+                v_alpha = (onward * inner - rest) / (1.0 - alpha)
+                g = where(blended & (unclamped <= ALPHA_MAX), alpha * v_alpha, 0.0)
+                g_y = g * dy
+                sum_0 = sum_0 + g
+                sum_y = sum_y + g_y
+                sum_yy = fma(g_y, dy, sum_yy)
+                if absgrad:
+                    absolute_x = absolute_x + absolute(g * fma(flat[at + XX] * 2.0, dx, flat[at + XY] * dy))
+                    absolute_y = absolute_y + absolute(g * fma(flat[at + YY] * 2.0, dy, mixed))
+        if blends:
+            to = entries[e] * sums.shape[1]
+            g_x = sum_0 * dx
+            flat_sums[to + SUM] += sum_lanes(sum_0)
+            flat_sums[to + SUM_X] += sum_lanes(g_x)
+            flat_sums[to + SUM_Y] += sum_lanes(sum_y)
+            flat_sums[to + SUM_XX] += sum_lanes(g_x * dx)
+            flat_sums[to + SUM_XY] += sum_lanes(sum_y * dx)
+            flat_sums[to + SUM_YY] += sum_lanes(sum_yy)
+            if absgrad:
+                flat_sums[to + ABS_X] += sum_lanes(absolute_x)
+                flat_sums[to + ABS_Y] += sum_lanes(absolute_y)
+            for c in range(len(channels)):
+                flat_sums[to + COLOR + c] += sum_lanes(load(scratch, accumulators + c * LANES))
+        if stopped:
+            live = 0
+            for block in range(BLOCKS):
+                if any_of(load(scratch, _LIGHT + block * LANES) > 0.0):
+                    live |= 1 << block
+            if live == 0:
+                break
+    return live
+
+
+@kernel
+def blend_backward(records, entries, offsets, transmittance, pixels, channels, background, absgrad, v_image, v_alpha):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Return, per record, the sums named by ``SUM`` to ``ABS_Y`` and the gradients of the channels from ``COLOR`` on."""
+    height, width = v_alpha.shape
+    columns, rows = (width + TILE - 1) // TILE, (height + TILE - 1) // TILE
+    sums = np.zeros(records.shape, np.float32)
+    scratch = np.empty(_V_COLOR + len(channels) * (PIXELS + LANES), np.float32)
+    column, row = pixel_centres()
+    for tile in range(columns * rows):
+        x, y = TILE * (tile % columns), TILE * (tile // columns)
+        live = -1
+        for chunk in range(len(offsets)):
+            start, end = offsets[chunk, tile], offsets[chunk, tile + 1]
+            if start == end or live == 0:
+                continue
+            if live < 0:
+                live = _load_tile(
+                    scratch, channels, tile, x, y, transmittance, pixels, background, v_image, v_alpha
+                )  # fmt: skip
+            live = _gradients_of_tile(
+                records, entries, start, end, column + np.float32(x), row + np.float32(y),
+                channels, absgrad, live, scratch, sums,
+            )  # fmt: skip
+    return sums
+
+
+@kernel
+def unpack_gradients(
+    order, conics, opacities, sums, absgrad, with_depth,
+    v_means2d, v_absolute, v_conics, v_opacities, v_colors, v_depths,
+):  # type: ignore[no-untyped-def]  # fmt: skip  # noqa: ANN001, ANN201
+    """Add one camera's sums, in depth order, to the gradients of the Gaussians in their own order."""
+    channels = v_colors.shape[1]
+    for place in range(len(order)):
+        i = order[place]
+        a, b, c = conics[i, 0], conics[i, 1], conics[i, 2]
+        v_means2d[i, 0] = a * sums[place, SUM_X] + b * sums[place, SUM_Y]
+        v_means2d[i, 1] = b * sums[place, SUM_X] + c * sums[place, SUM_Y]
+        v_conics[i, 0] = np.float32(-0.5) * sums[place, SUM_XX]
+        v_conics[i, 1] = -sums[place, SUM_XY]
+        v_conics[i, 2] = np.float32(-0.5) * sums[place, SUM_YY]
+        v_opacities[i] += sums[place, SUM] / opacities[i]
+        if absgrad:
+            v_absolute[i, 0] = sums[place, ABS_X] * np.float32(1.0 / LOG2_E)
+            v_absolute[i, 1] = sums[place, ABS_Y] * np.float32(1.0 / LOG2_E)
+        for k in range(channels):
+            v_colors[i, k] += sums[place, COLOR + k]
+        if with_depth:
+            v_depths[i] = sums[place, COLOR + channels]

@@ -1,0 +1,134 @@
+"""The blending kernels as one differentiable operation on torch tensors."""
+
+from __future__ import annotations
+
+from typing import Any, cast
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from avs.representations.gaussians.blending import blend, pack_records, to_image
+from avs.representations.gaussians.blending_backward import blend_backward, unpack_gradients
+from avs.representations.gaussians.tiles import TILE, depth_order
+
+
+class _Blend(torch.autograd.Function):
+    @staticmethod
+    def forward(  # type: ignore[override]
+        ctx: Any,
+        means2d: Tensor,
+        conics: Tensor,
+        opacities: Tensor,
+        colors: Tensor,
+        depths: Tensor,
+        backgrounds: Tensor | None,
+        radii: Tensor,
+        options: tuple[int, int, bool, bool],
+    ) -> tuple[Tensor, Tensor]:
+        width, height, with_depth, _ = options
+        cameras = len(means2d)
+        channels = (0,) * (colors.shape[-1] + with_depth)
+        images = torch.empty(cameras, height, width, len(channels))
+        alphas = torch.empty(cameras, height, width, 1)
+        kept = []
+        for c in range(cameras):
+            splats = _splats(c, means2d, conics, opacities, colors, depths)
+            order = depth_order(splats[4], radii[c].numpy())
+            records = pack_records(order, *splats, with_depth)
+            blended = blend(records, order, *splats[:3], channels, width, height)
+            background = _background(backgrounds, c, channels)
+            to_image(*blended[:2], channels, background, images[c].numpy(), alphas[c, :, :, 0].numpy())
+            kept.append((order, records, *blended))
+        ctx.kept, ctx.options = kept, options
+        ctx.save_for_backward(means2d, conics, opacities, colors, depths, backgrounds)
+        return images, alphas
+
+    @staticmethod
+    def backward(ctx: Any, v_images: Tensor, v_alphas: Tensor) -> tuple[Tensor | None, ...]:  # type: ignore[override]
+        means2d, conics, opacities, colors, depths, backgrounds = ctx.saved_tensors
+        width, height, with_depth, absgrad = ctx.options
+        v_means2d, v_conics = torch.zeros_like(means2d), torch.zeros_like(conics)
+        v_absolute = torch.zeros_like(means2d) if absgrad else v_means2d
+        v_opacities, v_colors = torch.zeros_like(opacities), torch.zeros_like(colors)
+        v_depths = torch.zeros_like(depths)
+        v_images, v_alphas = v_images.contiguous(), v_alphas.contiguous()
+        for c in range(len(means2d)):
+            order, records, transmittance, pixels, entries, offsets = ctx.kept[c]
+            channels = (0,) * v_images.shape[-1]
+            sums = blend_backward(
+                records, entries, offsets, transmittance, pixels, channels, _background(backgrounds, c, channels),
+                absgrad, v_images[c].numpy(), v_alphas[c, :, :, 0].numpy(),
+            )  # fmt: skip
+            _, conic, opacity, _, _ = _splats(c, means2d, conics, opacities, colors, depths)
+            _, _, v_opacity, v_color, v_depth = _splats(c, means2d, conics, v_opacities, v_colors, v_depths)
+            unpack_gradients(
+                order, conic, opacity, sums, absgrad, with_depth,
+                v_means2d[c].numpy(), v_absolute[c].numpy(), v_conics[c].numpy(), v_opacity, v_color, v_depth,
+            )  # fmt: skip
+        if absgrad:
+            means2d.absgrad = v_absolute
+        v_backgrounds = None
+        if backgrounds is not None and ctx.needs_input_grad[5]:
+            light = torch.stack([_light(kept[2], width, height) for kept in ctx.kept])
+            v_backgrounds = (v_images * light[..., None]).sum(dim=(1, 2))[:, : backgrounds.shape[-1]]
+        return v_means2d, v_conics, v_opacities, v_colors, v_depths, v_backgrounds, None, None
+
+
+def _splats(camera: int, *tensors: Tensor) -> tuple[Any, ...]:
+    """Return one camera's centres, conics, opacities, colours and depths as arrays; some are shared by all cameras."""
+    own_dimensions = (2, 2, 1, 2, 1)
+    pairs = zip(tensors, own_dimensions, strict=True)
+    return tuple((x if x.ndim == own else x[camera]).detach().numpy() for x, own in pairs)
+
+
+def _background(backgrounds: Tensor | None, camera: int, channels: tuple[int, ...]) -> Any:
+    """Return the background of each channel; depth, if there, has none."""
+    values = np.zeros(len(channels), np.float32)
+    if backgrounds is not None:
+        row = backgrounds[camera].detach().numpy()
+        values[: len(row)] = row
+    return values
+
+
+def _light(transmittance: Any, width: int, height: int) -> Tensor:
+    """Return the transmittance of one camera's pixels as an image ``[H, W]``."""
+    columns = (width + TILE - 1) // TILE
+    tiles = torch.from_numpy(transmittance).abs().reshape(-1, columns, TILE, TILE)
+    return tiles.transpose(1, 2).reshape(-1, columns * TILE)[:height, :width]
+
+
+def composite(
+    means2d: Tensor,
+    conics: Tensor,
+    opacities: Tensor,
+    colors: Tensor,
+    depths: Tensor,
+    radii: Tensor,
+    backgrounds: Tensor | None,
+    width: int,
+    height: int,
+    with_depth: bool,
+    absgrad: bool,
+) -> tuple[Tensor, Tensor]:
+    """Blend projected Gaussians from near to far into C images.
+
+    Args:
+        means2d: centres in pixels ``[C, N, 2]``. With ``absgrad``, the backward pass sets their attribute ``absgrad``.
+        conics: inverse 2D covariances (xx, xy, yy) ``[C, N, 3]``.
+        opacities: ``[C, N]``, or ``[N]`` for all cameras.
+        colors: ``[C, N, D]``, or ``[N, D]`` for all cameras; D may be 0.
+        depths: ``[C, N]``; they give the order and, on demand, a channel.
+        radii: ``[C, N, 2]``; 0 for Gaussians out of sight.
+        backgrounds: ``[C, D]`` or none; depth has no background.
+        width: image width in pixels.
+        height: image height in pixels.
+        with_depth: whether depth is blended as the last channel.
+        absgrad: whether the sums over pixels of the absolute gradients of the centres are taken (AbsGS).
+
+    Returns:
+        Images ``[C, H, W, D + with_depth]`` and accumulated opacities ``[C, H, W, 1]``.
+    """
+    options = (width, height, with_depth, absgrad)
+    result = _Blend.apply(means2d, conics, opacities, colors, depths, backgrounds, radii, options)
+    return cast("tuple[Tensor, Tensor]", result)
