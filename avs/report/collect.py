@@ -1,0 +1,153 @@
+"""Episode records read for a table or figure, checked to be comparable."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from avs.errors import UserError
+from avs.record import CurvePoint, Episode, read_record
+
+Cell = tuple[str, int]
+"""A scene and a seed: what two methods are paired on."""
+
+# Settings of the loop that may differ between the rows of one table, with a note: they belong to the method, as the
+# batches of FisherRF4 do. All others, and the whole reconstruction, must agree.
+_OWN_SETTINGS = ("additions", "views_per_step", "refit")
+
+
+@dataclass(frozen=True)
+class Episodes:
+    """The episodes of one data set, at most one for each method, scene and seed.
+
+    Attributes:
+        dataset: name of the data set.
+        cells: by method identifier, then by scene and seed; both in ascending order.
+    """
+
+    dataset: str
+    cells: dict[str, dict[Cell, Episode]]
+
+    @property
+    def scenes(self) -> list[str]:
+        """The scenes of any method, ascending: those that a complete row covers."""
+        return sorted({scene for cells in self.cells.values() for scene, _ in cells})
+
+    @property
+    def all(self) -> list[Episode]:
+        """Every episode, by method, scene and seed."""
+        return [episode for cells in self.cells.values() for episode in cells.values()]
+
+    def complete_seeds(self, method: str) -> list[int]:
+        """Return the seeds, ascending, for which ``method`` has an episode of every scene."""
+        cells = self.cells.get(method, {})
+        seeds = sorted({seed for _, seed in cells})
+        return [seed for seed in seeds if all((scene, seed) in cells for scene in self.scenes)]
+
+
+def read_episodes(paths: Sequence[Path], methods: Sequence[str]) -> list[Episodes]:
+    """Read the records at ``paths`` and return them by data set, in ascending order.
+
+    Args:
+        paths: ``episode.json`` files.
+        methods: identifiers of the methods that may occur.
+
+    Raises:
+        UserError: no path is given; a record is missing or does not follow the schema, has no curve, repeats
+            another, is of a method that is not listed, or cannot be compared with the others of its data set.
+    """
+    if not paths:
+        raise UserError("episodes", "none given", "pass at least one episode.json")
+    places: dict[tuple[str, str, str, int], Path] = {}
+    datasets: dict[str, dict[str, dict[Cell, Episode]]] = {}
+    for path in paths:
+        episode = read_record(path, Episode)
+        key = (episode.dataset, episode.method, episode.scene, episode.seed)
+        if key in places:
+            raise UserError(path, f"repeats {places[key]}", "pass one episode for each method, scene and seed")
+        if episode.method not in methods:
+            raise UserError(path, f"method {episode.method!r} is not among the rows", "list it, or leave the file out")
+        if not episode.curve or not all(point.images for point in episode.curve):
+            raise UserError(path, "curve: holds no test metrics", "delete it and run again")
+        places[key] = path
+        datasets.setdefault(episode.dataset, {}).setdefault(episode.method, {})[episode.scene, episode.seed] = episode
+    for (dataset, method, scene, seed), path in places.items():
+        _check_comparable(path, datasets[dataset][method][scene, seed], datasets[dataset])
+    return [Episodes(name, _ordered(datasets[name], methods)) for name in sorted(datasets)]
+
+
+def end_of_curve(episode: Episode) -> CurvePoint:
+    """Return the point with all views, at the end of the optimisation."""
+    return episode.curve[-1]
+
+
+def image_mean(point: CurvePoint, metric: str) -> float | None:
+    """Return the mean of a metric over the test images, or None if an image lacks it.
+
+    Args:
+        point: a point of an episode's curve.
+        metric: a field of ``avs.record.ImageMetrics``.
+    """
+    values = [getattr(image, metric) for image in point.images]
+    return None if any(value is None for value in values) else float(np.mean(values))
+
+
+def own_settings(episodes: Episodes) -> list[str]:
+    """Return a line for each setting of the loop that a method has for itself, unlike most of the methods."""
+    notes = []
+    for key in _OWN_SETTINGS:
+        values = {
+            method: next(iter(cells.values())).protocol.get(key) for method, cells in episodes.cells.items() if cells
+        }
+        usual = max(values.values(), key=lambda value: sum(value == other for other in values.values()))
+        labels = {method: next(iter(cells.values())).label for method, cells in episodes.cells.items() if cells}
+        notes += [
+            f"{labels[method]}: {key} {_plain(value)} instead of {_plain(usual)}"
+            for method, value in values.items()
+            if value != usual
+        ]
+    return notes
+
+
+def _plain(value: object) -> str:
+    return ", ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
+
+
+def _ordered(cells: dict[str, dict[Cell, Episode]], methods: Sequence[str]) -> dict[str, dict[Cell, Episode]]:
+    return {method: dict(sorted(cells[method].items())) for method in methods if method in cells}
+
+
+def _check_comparable(path: Path, episode: Episode, dataset: dict[str, dict[Cell, Episode]]) -> None:
+    """Compare with the first episode of the data set, and in what the scene decides with the first of its scene."""
+    first = next(iter(next(iter(dataset.values())).values()))
+    same_scene = next(
+        other for cells in dataset.values() for (scene, _), other in cells.items() if scene == episode.scene
+    )
+    shared = {key: value for key, value in episode.protocol.items() if key not in _OWN_SETTINGS}
+    expected = {key: value for key, value in first.protocol.items() if key not in _OWN_SETTINGS}
+    for name, own, other in (
+        ("protocol", shared, expected),
+        ("representation", episode.representation, first.representation),
+        ("scene_hash", episode.scene_hash, same_scene.scene_hash),
+        ("budget", episode.budget, same_scene.budget),
+        ("test images", _test_images(episode), _test_images(same_scene)),
+    ):
+        if own != other:
+            fault = f"{_difference(name, own, other)}: not comparable with the other episodes of {episode.dataset}"
+            raise UserError(path, fault, "run all of them with one configuration")
+
+
+def _difference(name: str, own: object, other: object) -> str:
+    """Name the first differing entry, and the values if they are short."""
+    if isinstance(own, dict) and isinstance(other, dict):
+        key = next(key for key in sorted(own.keys() | other.keys()) if own.get(key) != other.get(key))
+        return _difference(f"{name}.{key}", own.get(key), other.get(key))
+    text = f"{name} is {own} and not {other}"
+    return text if len(text) <= 100 else f"{name} differs"
+
+
+def _test_images(episode: Episode) -> list[str]:
+    return [image.name for image in end_of_curve(episode).images]

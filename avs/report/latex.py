@@ -1,0 +1,113 @@
+r"""Tables as LaTeX in the form of the paper's Table 1, to be read by ``\input``."""
+
+from __future__ import annotations
+
+from avs.report.summary import Row, Table
+from avs.report.wording import against, caption, comparison_title, grouped, measured, notes, ranks, signed
+from metrics.definitions import Metric
+
+# The paper's shades of the best, second and third value.
+_COLOURS = {1: "F4CCCC", 2: "FCE5CD", 3: "D9EAD3"}
+_DASH = "--"
+# A rule sets the paper's own methods off from the others of their group, as in the paper.
+_OWN = "ours-"
+_SPECIAL = {
+    "\\": r"\textbackslash{}",
+    "{": r"\{",
+    "}": r"\}",
+    "$": r"\$",
+    "&": r"\&",
+    "#": r"\#",
+    "%": r"\%",
+    "_": r"\_",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "<": r"\textless{}",
+    ">": r"\textgreater{}",
+    "±": r"$\pm$",
+}
+
+
+def table_latex(table: Table) -> str:
+    """Return a ``table*`` environment: caption, label, the table, the comparison, and the notes.
+
+    It needs the packages booktabs, multirow, and xcolor with the option ``table``.
+    """
+    lines = [
+        r"% needs \usepackage{booktabs,multirow} and \usepackage[table]{xcolor}",
+        r"\begin{table*}[t]",
+        r"\centering",
+        r"\small",
+        r"\setlength{\tabcolsep}{4pt}",
+        rf"\caption{{{escape(' '.join(caption(table)))} {_legend()}}}",
+        rf"\label{{tab:nvs-{table.episodes.dataset.replace('_', '-')}}}",
+        *_main(table),
+    ]
+    title = comparison_title(table)
+    if title is not None:
+        lines += ["", r"\medskip", rf"{escape(title)}:", "", r"\smallskip", *_comparison(table)]
+    for note in notes(table):
+        lines += ["", r"\smallskip", rf"\parbox{{\linewidth}}{{\footnotesize {escape(note)}.}}"]
+    return "\n".join([*lines, r"\end{table*}"]) + "\n"
+
+
+def escape(text: str) -> str:
+    """Return ``text`` with the characters escaped that LaTeX takes as commands."""
+    return "".join(_SPECIAL.get(character, character) for character in text)
+
+
+def _legend() -> str:
+    words = ("best", "second", "third")
+    boxes = (rf"\colorbox[HTML]{{{_COLOURS[rank]}}}{{\strut {word}}}" for rank, word in enumerate(words, start=1))
+    return "".join(boxes) + "."
+
+
+def _main(table: Table) -> list[str]:
+    width = 3 if table.has_published else 1
+    columns = len(table.metrics) * width
+    lines = [rf"\begin{{tabular}}{{ll{'r' * columns}}}", r"\toprule"]
+    if table.has_published:
+        spans = (rf"\multicolumn{{3}}{{c}}{{{_title(metric)}}}" for metric in table.metrics)
+        rules = (rf"\cmidrule(lr){{{start}-{start + 2}}}" for start in range(3, 3 + columns, 3))
+        lines += [f" & & {' & '.join(spans)} \\\\", " ".join(rules)]
+        lines.append(" & Method" + " & here & paper & diff." * len(table.metrics) + r" \\")
+    else:
+        lines.append(f" & Method & {' & '.join(map(_title, table.metrics))} \\\\")
+    ranked = {metric.identifier: ranks(table, metric) for metric in table.metrics}
+    for group, rows in grouped(table):
+        lines.append(r"\midrule")
+        for index, row in enumerate(rows):
+            cells = [rf"\multirow{{{len(rows)}}}{{*}}{{{escape(group)}}}" if index == 0 else "", escape(row.label)]
+            for metric in table.metrics:
+                cells += _cells(table, row, metric, ranked[metric.identifier].get(row.method))
+            if index > 0 and row.method.startswith(_OWN) and not rows[index - 1].method.startswith(_OWN):
+                lines.append(rf"\cmidrule(l){{2-{2 + columns}}}")
+            lines.append(" & ".join(cells) + r" \\")
+    return [*lines, r"\bottomrule", r"\end{tabular}"]
+
+
+def _cells(table: Table, row: Row, metric: Metric, rank: int | None) -> list[str]:
+    entry = row.entries[metric.identifier]
+    value = measured(entry, metric, r" $\pm$ ") or _DASH
+    cells = [rf"\cellcolor[HTML]{{{_COLOURS[rank]}}}{value}" if rank else value]
+    if table.has_published:
+        cells.append(entry.published or _DASH)
+        cells.append(_DASH if entry.difference is None else f"${signed(entry.difference, metric)}$")
+    return cells
+
+
+def _comparison(table: Table) -> list[str]:
+    lines = [rf"\begin{{tabular}}{{l{'r' * len(table.metrics)}}}", r"\toprule"]
+    lines += [f"Method & {' & '.join(map(_title, table.metrics))} \\\\", r"\midrule"]
+    for _, rows in grouped(table):
+        for row in rows:
+            if row is not table.reference:
+                texts = [against(row.entries[metric.identifier], metric) for metric in table.metrics]
+                cells = [_DASH if text is None else rf"${text}$" for text in texts]
+                lines.append(" & ".join([escape(row.label), *cells]) + r" \\")
+    return [*lines, r"\bottomrule", r"\end{tabular}"]
+
+
+def _title(metric: Metric) -> str:
+    arrow = r"$\uparrow$" if metric.higher_is_better else r"$\downarrow$"
+    return f"{metric.name} {arrow}" + (f" ({metric.unit})" if metric.unit else "")

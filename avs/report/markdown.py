@@ -1,0 +1,74 @@
+"""Tables as Markdown: the best value bold, the second and third numbered."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from avs.report.summary import Row, Table
+from avs.report.wording import against, caption, comparison_title, grouped, measured, notes, ranks, signed
+from metrics.definitions import Metric
+
+_DASH = "–"  # noqa: RUF001 (the dash of an empty cell)
+_MARKS = {1: "**{}**", 2: "{} (2)", 3: "{} (3)"}
+
+
+def table_markdown(table: Table) -> str:
+    """Return the caption, the table, the comparison with the reference method, and the notes."""
+    blocks = [" ".join(caption(table)) + " Best in bold, second and third numbered.", _main(table)]
+    title = comparison_title(table)
+    if title is not None:
+        blocks += [title + ":", _comparison(table)]
+    lines = notes(table)
+    if lines:
+        blocks.append("Notes:\n\n" + "\n".join(f"- {line}" for line in lines))
+    return "\n\n".join(blocks) + "\n"
+
+
+def _main(table: Table) -> str:
+    header, align = ["", "Method"], ["---", "---"]
+    for metric in table.metrics:
+        columns = [_title(metric), *(["published", "difference"] if table.has_published else [])]
+        header += columns
+        align += ["---:"] * len(columns)
+    ranked = {metric.identifier: ranks(table, metric) for metric in table.metrics}
+    lines = [header, align]
+    for group, rows in grouped(table):
+        for index, row in enumerate(rows):
+            cells = [group if index == 0 else "", row.label]
+            for metric in table.metrics:
+                cells += _cells(table, row, metric, ranked[metric.identifier].get(row.method))
+            lines.append(cells)
+    return _pipe(lines)
+
+
+def _cells(table: Table, row: Row, metric: Metric, rank: int | None) -> list[str]:
+    entry = row.entries[metric.identifier]
+    value = measured(entry, metric, " ± ") or _DASH
+    cells = [_MARKS[rank].format(value) if rank else value]
+    if table.has_published:
+        cells.append(entry.published or _DASH)
+        cells.append(_DASH if entry.difference is None else _minus(signed(entry.difference, metric)))
+    return cells
+
+
+def _comparison(table: Table) -> str:
+    lines = [["Method", *map(_title, table.metrics)], ["---", *["---:"] * len(table.metrics)]]
+    for _, rows in grouped(table):
+        for row in rows:
+            if row is not table.reference:
+                texts = [against(row.entries[metric.identifier], metric) for metric in table.metrics]
+                lines.append([row.label, *(_DASH if text is None else _minus(text) for text in texts)])
+    return _pipe(lines)
+
+
+def _title(metric: Metric) -> str:
+    arrow = "↑" if metric.higher_is_better else "↓"
+    return f"{metric.name} {arrow}" + (f" ({metric.unit})" if metric.unit else "")
+
+
+def _minus(text: str) -> str:
+    return text.replace("-", "−")  # noqa: RUF001 (the typographic minus)
+
+
+def _pipe(lines: Sequence[Sequence[str]]) -> str:
+    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)

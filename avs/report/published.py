@@ -1,0 +1,55 @@
+"""The paper's values, transcribed in ``results/published``, and which of them stand beside which data set."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+from avs.errors import UserError
+
+STAND_INS = {
+    "orbit": "mipnerf360",
+    "walkthrough": "realestate10k",
+    "handheld": "mapfree",
+    "egocentric": "aria_dtc",
+}
+"""The data set of the paper for which an embedded capture pattern stands in: other pictures, the same kind of path."""
+
+PRINTED_NAMES = {
+    "mipnerf360": "Mip-NeRF360",
+    "realestate10k": "RealEstate10K",
+    "mapfree": "Map-Free",
+    "aria_dtc": "ARIA-DTC",
+}
+"""Data sets of the paper by identifier."""
+
+_COLUMNS = ["table", "dataset", "scene", "method", "metric", "value"]
+
+
+def published_name(dataset: str) -> str | None:
+    """Return the name of the file in ``results/published`` to print beside ``dataset``, or None if there is none."""
+    source = STAND_INS.get(dataset, dataset)
+    return f"nvs_{source}.csv" if source in PRINTED_NAMES else None
+
+
+def read_published(path: Path) -> dict[tuple[str, str], str]:
+    """Return the paper's means over scenes by (method, metric), with the digits that the paper prints.
+
+    Raises:
+        UserError: the file is missing, or is not a table of published values.
+    """
+    try:
+        with open(path, newline="", encoding="utf-8") as stream:
+            reader = csv.DictReader(stream)
+            rows = list(reader)
+    except OSError as error:
+        raise UserError(path, error.strerror or "cannot be read", "name a file of results/published") from error
+    if reader.fieldnames != _COLUMNS:
+        raise UserError(path, f"its columns are not {', '.join(_COLUMNS)}", "name a file of results/published")
+    means = {(row["method"], row["metric"]): row["value"] for row in rows if row["scene"] == "mean"}
+    for (method, metric), value in means.items():
+        try:
+            float(value)
+        except (TypeError, ValueError):
+            raise UserError(path, f"{method}, {metric}: {value!r} is not a number", "mend the file") from None
+    return means
