@@ -136,7 +136,7 @@ def _check_comparable(path: Path, episode: Episode, dataset: dict[str, dict[Cell
         ("test images", _test_images(episode), _test_images(same_scene)),
     ):
         if own != other:
-            fault = f"{_difference(name, own, other)}: not comparable with the other episodes of {episode.dataset}"
+            fault = f"not comparable with other episodes of {episode.dataset}, {_difference(name, own, other)}"
             raise UserError(path, fault, "run all of them with one configuration")
 
 
@@ -145,7 +145,7 @@ def _difference(name: str, own: object, other: object) -> str:
     if isinstance(own, dict) and isinstance(other, dict):
         key = next(key for key in sorted(own.keys() | other.keys()) if own.get(key) != other.get(key))
         return _difference(f"{name}.{key}", own.get(key), other.get(key))
-    text = f"{name} is {own} and not {other}"
+    text = f"{name}: {own} instead of {other}"
     return text if len(text) <= 100 else f"{name} differs"
 
 

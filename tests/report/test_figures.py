@@ -1,0 +1,91 @@
+"""The curves of PSNR over views: what is averaged, what the band is; the files are the same to the byte."""
+
+import numpy as np
+import pytest
+
+from avs.report.collect import read_episodes
+from avs.report.curves import panels
+from avs.report.figures import write_psnr_over_views
+
+METHODS = ["random", "farthest", "ours-repvit"]
+
+
+@pytest.fixture
+def drawn(written):
+    def draw(episodes):
+        return [panel for collected in read_episodes(written(episodes), METHODS) for panel in panels(collected)]
+
+    return draw
+
+
+def test_curve_is_the_mean_over_scenes_and_seeds(episode, drawn):
+    episodes = [
+        episode(method, scene, seed, psnr=(base + step + 0.5 * seed,))
+        for method, step in (("random", 0.0), ("ours-repvit", 1.0))
+        for scene, base in (("attic", 20.0), ("cellar", 30.0))
+        for seed in (0, 1)
+    ]
+    (panel,) = drawn(episodes)
+    assert panel.title == "orbit: 2 scenes, 2 seeds"
+    random, ours = panel.curves
+    assert random.views.tolist() == [4, 5, 6]
+    np.testing.assert_allclose(random.mean, [23.25, 24.25, 25.25])
+    # 1 dB apart in every scene with every seed: the 10 dB between the scenes are not in the band.
+    for curve, expected in ((random, -0.5), (ours, 0.5)):
+        np.testing.assert_allclose([curve.difference, curve.low, curve.high], expected)
+
+
+def test_band_spans_the_scenes(episode, drawn):
+    episodes = [
+        episode(method, scene, psnr=(20.0 + gain,))
+        for method, gains in (("random", [0, 0, 0]), ("ours-repvit", [0, 2, 4]))
+        for scene, gain in zip(("attic", "cellar", "hall"), gains, strict=True)
+    ]
+    (panel,) = drawn(episodes)
+    ours = panel.curves[1]
+    np.testing.assert_allclose([ours.low[-1], ours.difference[-1], ours.high[-1]], [0.0, 1.0, 2.0])
+
+
+def test_one_scene_and_seed_has_no_band(episode, drawn):
+    (panel,) = drawn([episode("random"), episode("farthest")])
+    assert panel.title == "orbit: attic, 1 seed"
+    assert panel.curves[0].low is None
+
+
+def test_scenes_that_end_earlier_have_their_own_panel(episode, drawn):
+    episodes = [
+        episode(method, scene, budget=budget)
+        for method in METHODS
+        for scene, budget in (("attic", 6), ("cellar", 6), ("hall", 5))
+    ]
+    large, small = drawn(episodes)
+    assert large.title == "orbit: 2 scenes, 1 seed"
+    assert large.curves[0].views.tolist() == [4, 5, 6]
+    assert small.title == "orbit: hall, 1 seed"
+    assert small.curves[0].views.tolist() == [4, 5]
+
+
+def test_all_curves_of_a_panel_are_over_the_same_scenes(episode, drawn):
+    episodes = [episode(method, scene) for method in METHODS for scene in ("attic", "cellar")]
+    (panel,) = drawn([each for each in episodes if (each.method, each.scene) != ("random", "cellar")])
+    assert panel.title == "orbit: attic, 1 seed"
+    assert [curve.label for curve in panel.curves] == ["Random", "FVS", "Ours-RepViT"]
+
+
+def test_files_are_the_same_to_the_byte(episode, written, tmp_path):
+    episodes = [
+        episode(method, scene, dataset=dataset)
+        for dataset in ("orbit", "captures")
+        for method in METHODS
+        for scene in ("attic", "cellar")
+    ]
+    paths = written(episodes)
+    contents = []
+    for name, order in (("first", paths), ("second", paths[::-1])):
+        out = tmp_path / name / "psnr_over_views"
+        write_psnr_over_views(order, METHODS, out)
+        contents.append({path.name: path.read_bytes() for path in out.parent.iterdir()})
+    assert contents[0] == contents[1]
+    assert contents[0]["psnr_over_views.pdf"].startswith(b"%PDF")
+    assert contents[0]["psnr_over_views.png"].startswith(b"\x89PNG")
+    assert len(contents[0]) == 2

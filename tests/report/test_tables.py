@@ -1,0 +1,251 @@
+"""The view synthesis table: values by hand, missing things kept with their reason, equal records equal bytes."""
+
+import csv
+import random
+import re
+
+import pytest
+
+from avs.errors import UserError
+from avs.report.tables import write_nvs_table
+
+METHODS = ["random", "farthest", "piqe", "fisherrf", "ours-repvit"]
+COLUMNS = "method,group,metric,mean,spread,scenes,seeds,published,difference,note"
+PUBLISHED = "table,dataset,scene,method,metric,value\n" + "".join(
+    f"tab,mipnerf360,{scene},{method},{metric},{value}\n"
+    for scene, method, metric, value in [
+        ("mean", "random", "psnr", "17.91"),
+        ("mean", "random", "ssim", "0.56"),
+        ("mean", "ours-repvit", "psnr", "20.97"),
+        ("garden", "ours-repvit", "psnr", "22.96"),
+    ]
+)
+
+
+@pytest.fixture
+def table(tmp_path, written):
+    """Write the table of some episodes; return its rows by (method, metric) and its Markdown and LaTeX."""
+
+    def write(episodes, methods=METHODS, published=None, dataset="orbit"):
+        if published is not None:
+            (tmp_path / "published.csv").write_text(published)
+        source = None if published is None else tmp_path / "published.csv"
+        out = tmp_path / "tables" / f"nvs_{dataset}"
+        write_nvs_table(written(episodes), methods, dataset, source, out)
+        with open(f"{out}.csv", newline="") as stream:
+            rows = {(row["method"], row["metric"]): row for row in csv.DictReader(stream)}
+        return rows, *(out.with_name(out.name + ending).read_text() for ending in (".md", ".tex"))
+
+    return write
+
+
+def two_scenes(episode, method, offsets, **changes):
+    """One episode a seed and scene: images of 20 + offset and 22 + offset in one scene, 10 dB more in the other."""
+    return [
+        episode(method, scene, seed, psnr=(base + offset, base + 2 + offset), **changes)
+        for seed, offset in enumerate(offsets)
+        for scene, base in (("attic", 20.0), ("cellar", 30.0))
+    ]
+
+
+def test_values_by_hand(episode, table):
+    episodes = two_scenes(episode, "random", [0.0, 1.0, 2.0]) + two_scenes(episode, "ours-repvit", [1.0, 2.0, 3.5])
+    rows, markdown, latex = table(episodes, ["random", "ours-repvit"], PUBLISHED)
+    row = rows["random", "psnr"]
+    # Scene means 21 and 31 with the first seed, 1 dB more with each other: 26, 27 and 28.
+    assert (row["mean"], row["spread"], row["scenes"], row["seeds"]) == ("27.0000", "1.0000", "2", "3")
+    assert (row["published"], row["difference"]) == ("17.91", "9.0900")
+    # Differences -1, -1 and -1.5 in both scenes: six draws, each -1.5 with probability 1/3. At least four of them are
+    # with probability 0.100, at least five with 0.018: the 2.5 % quantile has four, -1 - 0.5 * 4/6.
+    assert row["note"] == "vs ours-repvit -1.17 [-1.33, -1.00]"
+    assert rows["ours-repvit", "psnr"]["note"] == ""
+    assert rows["random", "lpips"]["published"] == ""
+    assert "| 2D-based | Random | 27.00 ± 1.00 (2) | 17.91 | +9.09 |" in markdown
+    assert "| Random | −1.17 [−1.33, −1.00] |" in markdown  # noqa: RUF001
+    assert r"Random & \cellcolor[HTML]{FCE5CD}27.00 $\pm$ 1.00 & 17.91 & $+9.09$ &" in latex
+    assert (
+        "2 scenes (attic, cellar), 3 seeds (0, 1, 2), 2 test images a scene, 6 views, 4 of them initial, 100 it"
+        in latex
+    )
+
+
+def test_csv_has_exactly_the_columns_and_one_row_per_method_and_metric(episode, table, tmp_path):
+    table([episode(method) for method in METHODS])
+    lines = (tmp_path / "tables" / "nvs_orbit.csv").read_text().splitlines()
+    assert lines[0] == COLUMNS
+    assert [line.split(",")[:3:2] for line in lines[1:]] == [
+        [method, metric] for method in METHODS for metric in ("psnr", "ssim", "lpips")
+    ]
+
+
+def test_scenes_are_listed_by_themselves(episode, table, tmp_path):
+    table(two_scenes(episode, "random", [0.0]), ["random"])
+    lines = (tmp_path / "tables" / "nvs_orbit_per_scene.csv").read_text().splitlines()
+    assert lines[:3] == [
+        "method,metric,scene,seed,images,value",
+        "random,psnr,attic,0,2,21.0000",
+        "random,psnr,cellar,0,2,31.0000",
+    ]
+
+
+def test_one_seed_leaves_the_spread_empty_and_says_so(episode, table):
+    rows, markdown, latex = table([episode("random"), episode("ours-repvit", psnr=(22.0, 24.0))], METHODS)
+    assert rows["random", "psnr"]["spread"] == ""
+    assert rows["random", "psnr"]["note"] == "vs ours-repvit -2.00 [one pair]"
+    assert "±" not in markdown
+    assert "one seed" in markdown
+    assert "one seed" in latex
+
+
+def test_best_three_are_marked_by_direction_and_ties_share_a_rank(episode, table):
+    values = {"random": 20.0, "farthest": 21.004, "piqe": 21.001, "fisherrf": 22.0, "ours-repvit": 19.0}
+    lpips = {"random": 0.5, "farthest": 0.4, "piqe": 0.3, "fisherrf": 0.2, "ours-repvit": 0.1}
+    _, markdown, latex = table([episode(method, psnr=(values[method],), lpips=lpips[method]) for method in METHODS])
+    lines = {line.split("|")[2].strip(): line for line in markdown.splitlines() if line.startswith("|")}
+    assert "**22.00**" in lines["FisherRF"]
+    assert "21.00 (2)" in lines["FVS"]
+    assert "21.00 (2)" in lines["PIQE"]
+    assert "20.00 (3)" in lines["Random"]
+    assert "| 19.00 |" in lines["Ours-RepViT"]
+    assert "**0.100**" in lines["Ours-RepViT"]
+    assert "0.200 (2)" in lines["FisherRF"]
+    assert "| 0.500 |" in lines["Random"]
+    shaded = re.findall(r"\\cellcolor\[HTML\]\{(\w+)\}(\S+)", latex)
+    assert ("F4CCCC", "22.00") in shaded
+    assert shaded.count(("FCE5CD", "21.00")) == 2
+    assert ("D9EAD3", "20.00") in shaded
+    assert ("F4CCCC", "0.100") in shaded
+
+
+def test_groups_are_in_the_order_of_the_paper(episode, table):
+    plugin = episode("mine", group="Learned", label="Mine")
+    _, markdown, latex = table([plugin, *(episode(method) for method in METHODS)], ["mine", *METHODS])
+    order = ["Geometric", "3D-based", "2D-based", "Learned"]
+    assert [line.split("|")[1].strip() for line in markdown.splitlines() if re.match(r"\| [A-Z0-9]", line)][:4] == order
+    positions = [latex.index(f"{{{group}}}") for group in order]
+    assert positions == sorted(positions)
+    assert r"\multirow{3}{*}{2D-based}" in latex
+
+
+def test_absent_metric_keeps_its_column_with_the_reason_once(episode, table):
+    rows, markdown, latex = table([episode(method, lpips=None) for method in METHODS])
+    assert rows["piqe", "lpips"]["mean"] == ""
+    assert rows["piqe", "lpips"]["note"] == "weights vgg16-397923af.pth absent: put them there"
+    assert markdown.count("vgg16") == 1
+    assert latex.count("vgg16") == 1
+    assert "- LPIPS: weights vgg16-397923af.pth absent: put them there\n" in markdown
+
+
+def test_method_without_episodes_keeps_its_row(episode, table):
+    rows, markdown, latex = table([episode("random"), episode("ours-repvit")], ["random", "farthest", "ours-repvit"])
+    row = rows["farthest", "psnr"]
+    assert (row["group"], row["mean"], row["scenes"], row["note"]) == ("Geometric", "", "0", "no episode")
+    assert "| Geometric | FVS | – | – | – |" in markdown  # noqa: RUF001
+    assert "- FVS: no episode\n" in markdown
+    assert r"{Geometric} & FVS & -- & -- & -- \\" in latex
+
+
+def test_missing_scene_is_never_averaged_over(episode, table):
+    episodes = two_scenes(episode, "random", [0.0, 1.0]) + two_scenes(episode, "ours-repvit", [0.0, 1.0])
+    without_cellar = [each for each in episodes if not (each.method == "random" and each.scene == "cellar")]
+    rows, *_ = table(without_cellar, ["random", "ours-repvit"])
+    assert rows["random", "psnr"]["mean"] == ""
+    assert rows["random", "psnr"]["note"] == "no episode of cellar"
+    one_seed_short = [each for each in episodes if (each.method, each.scene, each.seed) != ("random", "cellar", 1)]
+    rows, *_ = table(one_seed_short, ["random", "ours-repvit"])
+    assert (rows["random", "psnr"]["mean"], rows["random", "psnr"]["seeds"]) == ("26.0000", "1")
+    assert rows["random", "psnr"]["note"].startswith("one seed, no spread; vs ours-repvit 0.00")
+
+
+def test_notes_of_episodes_are_repeated_once(episode, table):
+    note = "attic: budget 5 instead of 6, because its pool has 10 views"
+    rows, markdown, latex = table([episode(method, budget=5, notes=[note]) for method in METHODS])
+    assert markdown.count(note) == 1
+    assert latex.count(note) == 1
+    assert rows["random", "psnr"]["note"].endswith(note)
+
+
+def test_settings_of_one_method_are_told(episode, table):
+    own = episode("random").protocol | {"views_per_step": 4}
+    _, markdown, _ = table([episode("random"), episode("farthest"), episode("piqe", protocol=own)], METHODS[:3])
+    assert "- PIQE: views_per_step 4 instead of 1\n" in markdown
+
+
+def test_published_values_of_a_stand_in_are_named_as_such(episode, table):
+    _, markdown, _ = table([episode("random")], ["random"], PUBLISHED)
+    assert "Mip-NeRF360; orbit stands in" in markdown
+    _, markdown, latex = table([episode("random", dataset="captures")], ["random"], dataset="captures")
+    assert "published" not in markdown
+    assert "paper" not in latex
+
+
+def test_equal_records_give_equal_bytes_in_any_order(episode, written, tmp_path):
+    episodes = [each for method in METHODS for each in two_scenes(episode, method, [0.0, 0.3])]
+    contents = []
+    for name in ("first", "second"):
+        random.Random(name).shuffle(episodes)
+        write_nvs_table(written(episodes), METHODS, "orbit", None, tmp_path / name / "nvs_orbit")
+        contents.append({path.name: path.read_bytes() for path in (tmp_path / name).iterdir()})
+    assert contents[0] == contents[1]
+    assert set(contents[0]) == {"nvs_orbit.csv", "nvs_orbit.md", "nvs_orbit.tex", "nvs_orbit_per_scene.csv"}
+
+
+def test_latex_is_well_formed(episode, table):
+    note = r"50% of {these} & #those: a_b ~ c^d, $1 < 2 > 0, \end"
+    episodes = [episode(method, scene="attic_one", lpips=None, notes=[note]) for method in METHODS]
+    _, _, latex = table(episodes, published=PUBLISHED)
+    unescaped = re.sub(r"\\[\\{}$&#%_]", "", latex)
+    assert unescaped.count("{") == unescaped.count("}")
+    assert unescaped.count("$") % 2 == 0
+    assert re.findall(r"\\begin\{(\w+\*?)\}", latex) == ["table*", "tabular", "tabular"]
+    assert re.findall(r"\\end\{(\w+\*?)\}", latex) == ["tabular", "tabular", "table*"]
+    assert len(re.findall(r"(?<!\\)%", latex)) == 1  # the comment about packages
+    assert "_" not in re.sub(r"\\_", "", latex)
+    for preamble, body in re.findall(r"\\begin\{tabular\}\{(\w+)\}\n(.*?)\\end\{tabular\}", latex, re.DOTALL):
+        for line in body.splitlines():
+            if line.endswith(r"\\") and "multicolumn" not in line:
+                assert len(re.findall(r"(?<!\\)&", line)) == len(preamble) - 1
+
+
+@pytest.mark.parametrize(
+    ("damage", "fault"),
+    [
+        (lambda first, second: [], "none given"),
+        (lambda first, second: [first, first], "repeats"),
+        (lambda first, second: [first, second.model_copy(update={"method": "unknown"})], "not among the rows"),
+        (lambda first, second: [first, second.model_copy(update={"curve": []})], "no test metrics"),
+        (lambda first, second: [first, second.model_copy(update={"scene_hash": "other"})], "scene_hash"),
+        (
+            lambda first, second: [first, second.model_copy(update={"representation": {"sh_degree": 1}})],
+            "sh_degree: 1 instead of 3",
+        ),
+        (
+            lambda first, second: [first, second.model_copy(update={"protocol": first.protocol | {"iterations": 9}})],
+            "protocol.iterations: 9 instead of 100",
+        ),
+        (lambda first, second: [first, second.model_copy(update={"budget": 5})], "budget: 5 instead of 6"),
+        (lambda first, second: [first, second.model_copy(update={"dataset": "handheld"})], "episodes of handheld"),
+    ],
+)
+def test_unfit_episodes_are_refused_in_one_line(episode, table, damage, fault):
+    with pytest.raises(UserError, match=re.escape(fault)) as error:
+        table(damage(episode("random"), episode("piqe")))
+    assert "\n" not in str(error.value)
+
+
+def test_damaged_files_are_refused_in_one_line(episode, written, tmp_path):
+    (path,) = written([episode("random")])
+    for text, fault in (("{", "Invalid JSON"), ('{"scene": 1}', "scene")):
+        path.write_text(text)
+        with pytest.raises(UserError, match=fault) as error:
+            write_nvs_table([path], ["random"], "orbit", None, tmp_path / "nvs_orbit")
+        assert "\n" not in str(error.value)
+        assert str(path) in str(error.value)
+    with pytest.raises(UserError, match="No such file"):
+        write_nvs_table([tmp_path / "absent.json"], ["random"], "orbit", None, tmp_path / "nvs_orbit")
+    (path,) = written([episode("random")])
+    for text, fault in (("a,b\n", "columns"), (PUBLISHED.replace("17.91", "high"), "not a number")):
+        (tmp_path / "wrong.csv").write_text(text)
+        with pytest.raises(UserError, match=fault):
+            write_nvs_table([path], ["random"], "orbit", tmp_path / "wrong.csv", tmp_path / "nvs_orbit")
+    assert not list(tmp_path.glob("nvs_orbit*"))
