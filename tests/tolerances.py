@@ -31,3 +31,11 @@ FUSED_CONVOLUTIONS = 1e-4
 FLOAT32_NETWORK = 1e-4
 # avs/representations/gaussians/adam.py: 20 steps of 0.01 on numbers of order one, each rounded to float32.
 ADAM_STEPS = 2e-6
+
+# avs/cameras.py, avs/scene.py: a few float64 operations, a rotation through a quaternion and back, on numbers of order
+# one to ten.
+FLOAT64_GEOMETRY = 1e-13
+# avs/scene.py: a projection in float64, pixel coordinates up to some thousands.
+FLOAT64_PIXELS = 1e-9
+# avs/selectors/no_reference.py: PIQE counts blocks by thresholds; scores are known to two decimals.
+PIQE_PUBLISHED = 0.01

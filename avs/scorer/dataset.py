@@ -47,16 +47,7 @@ class Sampler:
         """
         self._settings = settings
         self._rng = rng
-        self._scenes = scenes
-        self._photographs = [[_bytes(image, settings.resize) for image in scene.photographs] for scene in scenes]
-        self._renderings = [[_bytes(image, settings.resize) for image in scene.renderings] for scene in scenes]
-        self._maps = [[resized_map(decoded(code), settings.resize) for code in scene.maps] for scene in scenes]
-        self._of_moment = [_by_moment(scene) for scene in scenes]
-        for scene, images in zip(scenes, self._photographs, strict=True):
-            side = min(min(image.shape[1:]) for image in images)
-            if side < settings.crop:
-                fault = f"its images have a side of {side} pixels after resizing, crops have {settings.crop}"
-                raise UserError(f"scene {scene.scene}", fault, "lower training.crop, or raise training.resize.pixels")
+        self._scenes = [_Prepared(scene, settings) for scene in scenes]
 
     def batch(self) -> Batch:
         """Draw the next batch: for each set a scene, a moment, references, and renderings of other views."""
@@ -65,43 +56,58 @@ class Sampler:
         return Batch(queries.float() / 255.0, maps, references.float() / 255.0, present)
 
     def _set(self) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        rng, settings = self._rng, self._settings
-        number = int(rng.integers(len(self._scenes)))
-        scene = self._scenes[number]
-        moment = int(rng.integers(len(scene.moments)))
-        references = self._references(scene, moment)
-        others = [row for row in self._of_moment[number][moment] if scene.images[row] not in references]
-        rows = rng.choice(others, settings.queries_per_set, replace=len(others) < settings.queries_per_set)
+        scene = self._scenes[int(self._rng.integers(len(self._scenes)))]
+        moment = int(self._rng.integers(len(scene.rows)))
+        rows, references = self._draw(scene, moment)
         queries, maps = [], []
         for row in rows:
-            image = self._renderings[number][row]
-            top, left = self._corner(image)
-            queries.append(_crop(image, top, left, settings.crop))
-            maps.append(_crop(self._maps[number][row], top, left, settings.crop))
-        photographs = [self._photographs[number][image] for image in references]
-        crops = [_crop(image, *self._corner(image), settings.crop) for image in photographs]
-        missing = settings.references.count - len(crops)
-        crops += [torch.zeros(3, settings.crop, settings.crop, dtype=torch.uint8)] * missing
-        present = torch.arange(len(crops)) < len(photographs)
-        if settings.references.pad == "black":
+            top, left = self._corner(scene.renderings[row])
+            queries.append(_crop(scene.renderings[row], top, left, self._settings.crop))
+            maps.append(_crop(scene.maps[row], top, left, self._settings.crop))
+        crops = [
+            _crop(scene.photographs[i], *self._corner(scene.photographs[i]), self._settings.crop) for i in references
+        ]
+        black = torch.zeros_like(crops[0])
+        crops += [black] * (self._settings.references.count - len(references))
+        present = torch.arange(len(crops)) < len(references)
+        if self._settings.references.pad == "black":
             present[:] = True
         return torch.stack(queries), torch.stack(maps), torch.stack(crops), present
 
-    def _references(self, scene: Distortions, moment: int) -> list[int]:
-        """Draw photographs; at least one rendering of the moment keeps out of them."""
-        pool = (
-            scene.moments[moment].captured
-            if self._settings.reference_pool == "captured"
-            else range(len(scene.photographs))
-        )
-        shown = {scene.images[row] for row in self._of_moment[self._scenes.index(scene)][moment]}
-        drawn: list[int] = self._rng.permutation(np.array(pool))[: self._settings.references.count].tolist()
-        return drawn if shown - set(drawn) else drawn[:-1]
+    def _draw(self, scene: _Prepared, moment: int) -> tuple[list[int], list[int]]:
+        """Draw renderings and photographs of one moment, such that no photograph shows the view of a rendering.
+
+        The first rendering is drawn before the photographs, the others from what these leave.
+        """
+        first = int(self._rng.choice(scene.rows[moment]))
+        pool = scene.captured[moment] if self._settings.reference_pool == "captured" else range(len(scene.photographs))
+        others = np.array([image for image in pool if image != scene.images[first]])
+        references: list[int] = self._rng.permutation(others)[: self._settings.references.count].tolist()
+        left = [row for row in scene.rows[moment] if scene.images[row] not in references]
+        more = self._settings.queries_per_set - 1
+        return [first, *self._rng.choice(left, more, replace=len(left) < more).tolist()], references
 
     def _corner(self, image: Tensor) -> tuple[int, int]:
         """Draw the upper left corner of a crop."""
-        spare = (image.shape[-2] - self._settings.crop + 1, image.shape[-1] - self._settings.crop + 1)
-        return int(self._rng.integers(spare[0])), int(self._rng.integers(spare[1]))
+        top, left = (int(self._rng.integers(side - self._settings.crop + 1)) for side in image.shape[-2:])
+        return top, left
+
+
+class _Prepared:
+    """A scene's images, resized, as tensors; its renderings by moment."""
+
+    def __init__(self, scene: Distortions, settings: TrainingSettings) -> None:
+        self.photographs = [_bytes(image, settings.resize) for image in scene.photographs]
+        self.renderings = [_bytes(image, settings.resize) for image in scene.renderings]
+        self.maps = [resized_map(decoded(code), settings.resize) for code in scene.maps]
+        self.images = scene.images
+        self.captured = [moment.captured for moment in scene.moments]
+        moment_of = np.array(scene.moment_of)
+        self.rows = [np.flatnonzero(moment_of == moment) for moment in range(len(scene.moments))]
+        side = min(min(image.shape[-2:]) for image in self.photographs)
+        if side < settings.crop:
+            fault = f"its images have a side of {side} pixels after resizing, crops have {settings.crop}"
+            raise UserError(f"scene {scene.scene}", fault, "lower training.crop, or raise training.resize.pixels")
 
 
 def resized_map(values: npt.NDArray[np.float32], settings: ResizeSettings) -> Tensor:
@@ -116,11 +122,3 @@ def _bytes(image: npt.NDArray[np.uint8], settings: ResizeSettings) -> Tensor:
 
 def _crop(image: Tensor, top: int, left: int, side: int) -> Tensor:
     return image[..., top : top + side, left : left + side]
-
-
-def _by_moment(scene: Distortions) -> list[list[int]]:
-    """Return the renderings of each moment."""
-    rows: list[list[int]] = [[] for _ in scene.moments]
-    for row, moment in enumerate(scene.moment_of):
-        rows[moment].append(row)
-    return rows

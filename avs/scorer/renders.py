@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from avs.cameras import IndexArray
+from avs.cameras import Cameras, IndexArray
 from avs.errors import UserError
-from avs.representations.base import Representation, Views
+from avs.representations.base import Representation
 from avs.representations.gaussians.settings import GaussianSettings
 from avs.sampling import initial_views
 from avs.scene import Scene, read_scene
@@ -72,24 +72,18 @@ def collect(scene: Scene, build: Builder, settings: RenderSettings, seed: int, p
     renderings: list[Image] = []
     maps: list[CodedMap] = []
     images: list[int] = []
+    moment_of: list[int] = []
     for run in range(settings.runs):
-        rng = np.random.default_rng([seed, run])
-        order = _capture_order(scene, rng)
-        representation = build(order[: settings.views[0]], int(rng.integers(2**63)))
-        done = 0
-        for views, iteration in zip(settings.views, settings.iterations, strict=True):
-            representation.fit(scene.views(order[:views]), iteration - done)
-            done = iteration
-            shown = np.sort(rng.permutation(count)[: settings.cameras])
-            moments.append(Moment(run=run, iteration=iteration, captured=tuple(order[:views].tolist())))
-            images.extend(shown.tolist())
-            for image, rendering in zip(shown.tolist(), _rendered(representation, photographs, shown), strict=True):
-                renderings.append(rendering)
-                maps.append(coded(ssim_map(rendering, photographs.images[image])))
-            mean = np.mean([code.mean() for code in maps[-len(shown) :]]) / 32767.0 - 1.0
-            progress(
-                f"{scene.name}, run {run + 1} of {settings.runs}: {views} views, {iteration} steps, SSIM {mean:.3f}"
-            )
+        for moment, representation, shown in _moments(scene, build, settings, seed, run):
+            rendered = _rendered(representation, photographs.cameras[shown])
+            similarity = [ssim_map(image, photographs.images[i]) for image, i in zip(rendered, shown, strict=True)]
+            renderings += rendered
+            maps += [coded(values) for values in similarity]
+            images += shown.tolist()
+            moment_of += [len(moments)] * len(shown)
+            moments.append(moment)
+            state = f"{len(moment.captured)} views, {moment.iteration} steps, SSIM {np.mean(similarity):.3f}"
+            progress(f"{scene.name}, run {run + 1} of {settings.runs}: {state}")
     return Distortions(
         scene=scene.name,
         scene_hash=scene.content_hash,
@@ -98,8 +92,23 @@ def collect(scene: Scene, build: Builder, settings: RenderSettings, seed: int, p
         renderings=tuple(renderings),
         maps=tuple(maps),
         images=tuple(images),
-        moment_of=tuple(np.repeat(np.arange(len(moments)), min(settings.cameras, count)).tolist()),
+        moment_of=tuple(moment_of),
     )
+
+
+def _moments(
+    scene: Scene, build: Builder, settings: RenderSettings, seed: int, run: int
+) -> Iterator[tuple[Moment, Representation, IndexArray]]:
+    """Yield the states of one reconstruction, and which images are to be rendered then, ascending."""
+    rng = np.random.default_rng([seed, run])
+    order = _capture_order(scene, rng)
+    representation = build(order[: settings.views[0]], int(rng.integers(2**63)))
+    done = 0
+    for views, iteration in zip(settings.views, settings.iterations, strict=True):
+        representation.fit(scene.views(order[:views]), iteration - done)
+        done = iteration
+        shown = np.sort(rng.permutation(len(order))[: settings.cameras])
+        yield Moment(run=run, iteration=iteration, captured=tuple(order[:views].tolist())), representation, shown
 
 
 def _capture_order(scene: Scene, rng: np.random.Generator) -> IndexArray:
@@ -109,11 +118,10 @@ def _capture_order(scene: Scene, rng: np.random.Generator) -> IndexArray:
     return np.concatenate([first, rng.permutation(np.setdiff1d(np.arange(count), first))])
 
 
-def _rendered(representation: Representation, photographs: Views, indices: IndexArray) -> list[Image]:
-    """Return the 8-bit renderings at ``indices``, in that order."""
-    cameras = photographs.cameras[indices]
+def _rendered(representation: Representation, cameras: Cameras) -> list[Image]:
+    """Return the 8-bit renderings of ``cameras``, in their order."""
     found: dict[int, Image] = {}
     for _, rows in cameras.by_size():
         for row, rgb in zip(rows.tolist(), representation.render(cameras[rows]).rgb, strict=True):
             found[row] = np.round(np.clip(rgb, 0.0, 1.0) * 255.0).astype(np.uint8)
-    return [found[row] for row in range(len(indices))]
+    return [found[row] for row in range(len(cameras))]

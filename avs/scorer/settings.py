@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
 
@@ -68,7 +68,7 @@ class RenderSettings(_Settings):
     artefacts are those that a selector meets. CrossScore renders at 1000, 7000 and 15000 steps of one run on all views.
     """
 
-    views: tuple[PositiveInt, ...] = Field(
+    views: tuple[Annotated[int, Field(ge=2)], ...] = Field(
         default=(4, 6, 8, 12, 16, 20), min_length=1, description="number of captured views at each moment, ascending"
     )
     iterations: tuple[PositiveInt, ...] = Field(

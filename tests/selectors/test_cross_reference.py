@@ -1,0 +1,125 @@
+"""The cross-reference selector with a scorer that is easy to foresee."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import torch
+from factories import OnlyRenders, ring
+
+from avs import selectors
+from avs.errors import UserError
+from avs.representations.base import Rendering, Views
+from avs.scorer.settings import ReferenceSettings
+from avs.selectors.base import Resources, State
+from avs.selectors.cross_reference import CrossReferenceSelector, CrossReferenceSettings
+
+
+class Brightness:
+    """A stand-in for the scorer: an image's score is its mean; it keeps what it was asked."""
+
+    def __init__(self):
+        self.encoded = []
+        self.references = []
+
+    def encode(self, images):
+        self.encoded += [int(image.flat[0]) for image in images]
+        return [torch.full((2, 4), float(image.flat[0])) for image in images]
+
+    def score(self, images, references):
+        self.references += [[int(tokens[0, 0]) for tokens in some] for some in references]
+        return images.mean(axis=(1, 2, 3), dtype=np.float64)
+
+
+class Heights:
+    """Renders each camera in a grey that depends on the camera alone."""
+
+    def __init__(self, greys):
+        self._greys = greys
+
+    def render(self, cameras):
+        (width, height), indices = next(cameras.by_size())
+        assert len(indices) == len(cameras)
+        greys = np.array([self._greys[tuple(center.round(6))] for center in cameras.centers], dtype=np.float32)
+        rgb = np.broadcast_to(greys[:, None, None, None], (len(cameras), height, width, 3))
+        return Rendering(rgb, np.ones(rgb.shape[:3], np.float32), np.ones(rgb.shape[:3], np.float32))
+
+
+def make_state(captured=6, greys=(0.5, 0.2, 0.9, 0.2, 0.7), sizes=None, seed=0):
+    cameras = ring(captured + len(greys))
+    candidates = cameras[captured:]
+    if sizes is not None:
+        candidates = dataclasses.replace(candidates, sizes=np.array(sizes, dtype=np.int64))
+    images = tuple(np.full((16, 24, 3), 10 + i, np.uint8) for i in range(captured))
+    known = {tuple(center.round(6)): grey for center, grey in zip(candidates.centers, greys, strict=True)}
+    views = Views(cameras[:captured], images)
+    return State(OnlyRenders(Heights(known)), views, candidates, np.random.default_rng(seed), 0)
+
+
+def make_selector(scorer, **settings):
+    return CrossReferenceSelector(CrossReferenceSettings(**settings), Resources(), scorer)
+
+
+@pytest.mark.parametrize("batch", [1, 2, 8])
+def test_lowest_scores_are_chosen_and_ties_go_to_the_first(batch):
+    selection = make_selector(Brightness(), batch=batch).select(make_state(), 3)
+    assert selection.indices.tolist() == [1, 3, 0]
+    np.testing.assert_allclose(selection.scores, [0.5, 0.2, 0.9, 0.2, 0.7], rtol=1e-6)
+    assert selection.render_seconds > 0
+
+
+def test_candidates_of_several_sizes_keep_their_order():
+    sizes = [(24, 16), (16, 24), (24, 16), (16, 24), (8, 8)]
+    selection = make_selector(Brightness(), batch=2).select(make_state(sizes=sizes), 5)
+    np.testing.assert_allclose(selection.scores, [0.5, 0.2, 0.9, 0.2, 0.7], rtol=1e-6)
+
+
+def test_a_captured_photograph_is_encoded_once_in_an_episode():
+    scorer = Brightness()
+    selector = make_selector(scorer)
+    for captured in (4, 5, 6):
+        selector.select(make_state(captured), 1)
+    assert scorer.encoded == [10, 11, 12, 13, 14, 15]
+    selector.select(make_state(4), 1)  # another episode, which begins with views that are known
+    assert len(scorer.encoded) == 6
+    selector.select(make_state(5), 1)  # the fifth view has been forgotten in between
+    assert scorer.encoded[6:] == [14]
+
+
+def test_random_references_are_drawn_for_each_candidate_and_repeat_with_the_seed():
+    draws = []
+    for seed in (0, 0, 1):
+        scorer = Brightness()
+        make_selector(scorer).select(make_state(8, seed=seed), 1)
+        draws.append(scorer.references)
+        assert all(len(set(some)) == 5 for some in scorer.references)
+    assert draws[0] == draws[1] != draws[2]
+    assert len({tuple(sorted(some)) for some in draws[0]}) > 1
+
+
+def test_nearest_references_are_the_nearest_camera_centres():
+    scorer = Brightness()
+    state = make_state(8)
+    make_selector(scorer, references=ReferenceSettings(count=3, choice="nearest")).select(state, 1)
+    for center, some in zip(state.candidates.centers, scorer.references, strict=True):
+        distances = np.linalg.norm(state.captured.cameras.centers - center, axis=1)
+        expected = sorted(range(8), key=lambda i: (distances[i], i))[:3]
+        assert [value - 10 for value in some] == expected
+
+
+@pytest.mark.parametrize(("pad", "numbers"), [("none", 3), ("black", 5)])
+def test_missing_references_are_left_out_or_black(pad, numbers):
+    scorer = Brightness()
+    make_selector(scorer, references=ReferenceSettings(pad=pad)).select(make_state(3), 1)
+    for some in scorer.references:
+        assert len(some) == numbers
+        assert sorted(some)[-3:] == [10, 11, 12]
+        assert some.count(0) == numbers - 3
+
+
+def test_method_needs_weights():
+    method = selectors.find("ours-repvit").method
+    assert not method.higher_is_worse
+    assert method.scorer == "repvit"
+    with pytest.raises(UserError, match="has no weights"):
+        method.build(method.settings(), Resources())
