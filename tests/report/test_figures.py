@@ -89,3 +89,12 @@ def test_files_are_the_same_to_the_byte(episode, written, tmp_path):
     assert contents[0]["psnr_over_views.pdf"].startswith(b"%PDF")
     assert contents[0]["psnr_over_views.png"].startswith(b"\x89PNG")
     assert len(contents[0]) == 2
+
+
+def test_methods_that_add_several_views_at_once_keep_their_own_points(episode, drawn):
+    batched = episode("farthest", psnr=(25.0,))
+    batched = batched.model_copy(update={"curve": [batched.curve[0], batched.curve[-1]]})
+    (panel,) = drawn([episode("random", psnr=(20.0,)), batched, episode("ours-repvit", psnr=(21.0,))])
+    assert [curve.views.tolist() for curve in panel.curves] == [[4, 5, 6], [4, 6], [4, 5, 6]]
+    # At five views the mean is that of the two methods measured there.
+    np.testing.assert_allclose(panel.curves[0].difference, [-2.0, -0.5, -2.0])

@@ -7,7 +7,9 @@ import re
 import pytest
 
 from avs.errors import UserError
+from avs.record import ImageMetrics
 from avs.report.tables import write_nvs_table
+from metrics.definitions import METRICS
 
 METHODS = ["random", "farthest", "piqe", "fisherrf", "ours-repvit"]
 COLUMNS = "method,group,metric,mean,spread,scenes,seeds,published,difference,note"
@@ -67,6 +69,10 @@ def test_values_by_hand(episode, table):
         "2 scenes (attic, cellar), 3 seeds (0, 1, 2), 2 test images a scene, 6 views, 4 of them initial, 100 it"
         in latex
     )
+
+
+def test_every_metric_is_a_field_of_the_record():
+    assert set(METRICS) <= set(ImageMetrics.model_fields)
 
 
 def test_csv_has_exactly_the_columns_and_one_row_per_method_and_metric(episode, table, tmp_path):
