@@ -1,0 +1,134 @@
+"""From a pattern and a seed to a complete capture: photographs, cameras, split, sparse points, depth and mesh."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from avs.cameras import Cameras, IndexArray
+from avs.datasets.embedded import outdoor, trajectories
+from avs.datasets.embedded.model import Array, Model, assemble
+from avs.datasets.embedded.points import sparse_points
+from avs.datasets.embedded.raycast import Caster
+from avs.datasets.embedded.render import Lens, depth, develop, render
+from avs.datasets.embedded.settings import EmbeddedSettings
+from avs.datasets.embedded.shading import Shader
+from avs.datasets.embedded.stage import Stage
+from avs.errors import UserError
+from avs.scene import Points, write_scene
+
+Generator = np.random.Generator
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """How one data set of the literature is imitated.
+
+    Attributes:
+        number: part of every seed, so that patterns of equal seeds share nothing.
+        layout: builds the scene; it gets the scene's seed and a generator.
+        path: places the cameras.
+        lens: of all images.
+    """
+
+    number: int
+    layout: Callable[[int, Generator], Stage]
+    path: Callable[[Stage, int, Caster, Generator], npt.NDArray[np.float64]]
+    lens: Lens
+
+
+PATTERNS: dict[str, Pattern] = {
+    "orbit": Pattern(1, lambda seed, rng: outdoor.garden(rng), trajectories.orbit, Lens(1.5, 62)),
+    "handheld": Pattern(
+        3, lambda seed, rng: outdoor.garden(rng), trajectories.handheld, Lens(9 / 16, 65, exposure_jitter=0.12)
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Capture:
+    """Everything that a scene folder holds.
+
+    Attributes:
+        names: image file names, ascending.
+        images: sRGB photographs, uint8.
+        cameras: of the images.
+        test: indices of the test images.
+        points: as structure from motion would find them.
+        depth: ``[height, width]`` float32 metres along the optical axis per image; 0 where there is no surface.
+        mesh: vertices ``[v, 3]`` and triangles ``[t, 3]`` of all surfaces.
+    """
+
+    names: tuple[str, ...]
+    images: tuple[npt.NDArray[np.uint8], ...]
+    cameras: Cameras
+    test: IndexArray
+    points: Points
+    depth: tuple[Array, ...]
+    mesh: Model
+
+
+def build_capture(pattern: str, seed: int, settings: EmbeddedSettings) -> Capture:
+    """Return the capture of ``pattern`` (a key of ``PATTERNS``) that ``seed`` draws; the same bytes for the same arguments."""
+    kind = PATTERNS[pattern]
+    stage = kind.layout(seed, np.random.default_rng([seed, kind.number, 0]))
+    model = assemble(stage.meshes)
+    shader = Shader(model, stage.lighting, settings, seed)
+    poses = kind.path(stage, settings.views, shader.caster, np.random.default_rng([seed, kind.number, 1]))
+    cameras = kind.lens.cameras(poses, settings.long_side)
+    linear = [
+        render(shader, cameras, index, settings.samples_per_axis, np.random.default_rng([seed, kind.number, 2, index]))
+        for index in range(len(cameras))
+    ]
+    images = develop(linear, kind.lens, np.random.default_rng([seed, kind.number, 3]))
+    depths = tuple(depth(shader, cameras, index) for index in range(len(cameras)))
+    points = sparse_points(
+        shader.caster, cameras, images, depths, settings, np.random.default_rng([seed, kind.number, 4])
+    )
+    names = tuple(f"{index:04d}.png" for index in range(len(cameras)))
+    return Capture(names, images, cameras, np.arange(0, len(cameras), 8), points, depths, model)
+
+
+def write_capture(pattern: str, seed: int, settings: EmbeddedSettings, folder: Path) -> None:
+    """Write the scene folder of ``build_capture(pattern, seed, settings)``.
+
+    Raises:
+        UserError: there is no such pattern.
+    """
+    if pattern not in PATTERNS:
+        raise UserError(f"pattern {pattern!r}", "unknown", f"choose one of {', '.join(sorted(PATTERNS))}")
+    capture = build_capture(pattern, seed, settings)
+    with tempfile.TemporaryDirectory() as temporary:
+        mesh = Path(temporary) / "mesh.ply"
+        mesh.write_bytes(ply_bytes(capture.mesh))
+        write_scene(
+            folder,
+            name=f"{pattern}_{seed}",
+            dataset=pattern,
+            names=capture.names,
+            images=capture.images,
+            cameras=capture.cameras,
+            test=capture.test,
+            points=capture.points,
+            source=f"synthetic, made by avs.datasets.embedded from seed {seed}; photographs as textures from scikit-image",
+            licence="CC0 1.0; the photographs are in the public domain or CC0",
+            depth=capture.depth,
+            mesh=mesh,
+        )
+
+
+def ply_bytes(model: Model) -> bytes:
+    """Return the surfaces of ``model`` as a binary PLY file."""
+    header = (
+        "ply\nformat binary_little_endian 1.0\n"
+        f"element vertex {len(model.vertices)}\nproperty float x\nproperty float y\nproperty float z\n"
+        f"element face {len(model.triangles)}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    faces = np.zeros(len(model.triangles), [("count", "u1"), ("index", "<i4", 3)])
+    faces["count"], faces["index"] = 3, model.triangles
+    return header.encode() + model.vertices.astype("<f4").tobytes() + faces.tobytes()
