@@ -39,3 +39,13 @@ FLOAT64_GEOMETRY = 1e-13
 FLOAT64_PIXELS = 1e-9
 # avs/selectors/no_reference.py: PIQE counts blocks by thresholds; scores are known to two decimals.
 PIQE_PUBLISHED = 0.01
+# avs/datasets/captures.py: the centroid of a dot of 2 px radius in 8 bits, after bilinear undistortion and resizing, whose
+# neighbours' tails reach its window: 0.07 px at most; the distortions of the tests shift points by over ten times as much.
+DOT_CENTROID = 0.1
+# avs/datasets/captures.py: median reprojection error of structure from motion on real photographs of 480 px, as COLMAP
+# leaves it (0.10 to 0.35 px).
+REAL_REPROJECTION = 0.5
+# avs/representations/gaussians/information.py: one multiplication more, and factors that underflow nowhere.
+FISHER_FACTORS = 1e-5
+# The same sum of squares from autograd, pixel by pixel, both float32; relative to an entry or to the column's largest.
+FISHER_AUTOGRAD = 1e-3

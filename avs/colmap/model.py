@@ -103,12 +103,20 @@ def point_arrays(rows: list[tuple[float, ...]]) -> PointArrays:
     return identifiers, table[:, :3], table[:, 3:6].astype(np.uint8), table[:, 6]
 
 
+def _focal_lengths(model: str) -> int:
+    """Return how many focal lengths a camera model has; they are its first parameters."""
+    return 1 if model.startswith(("SIMPLE_", "RADIAL")) else 2
+
+
 def checked(folder: Path, suffix: str, model: Model) -> Model:
     """Return ``model`` if its numbers are usable and its parts fit one another."""
     images = folder / f"images{suffix}"
     for identifier, camera in model.cameras.items():
         if not all(map(math.isfinite, camera.params)) or camera.width < 1 or camera.height < 1:
-            fault = f"camera {identifier} has a parameter that is not finite, or no size: {camera}"
+            fault = f"camera {identifier} has a parameter that is not finite, or no size"
+            raise UserError(folder / f"cameras{suffix}", fault, REMEDY)
+        if min(camera.params[: _focal_lengths(camera.model)]) <= 0:
+            fault = f"camera {identifier} has a focal length that is not positive"
             raise UserError(folder / f"cameras{suffix}", fault, REMEDY)
     names: set[str] = set()
     for image in model.images.values():

@@ -47,9 +47,12 @@ def undistorted_camera(camera: ModelCamera) -> ModelCamera | None:
     """
     import pycolmap
 
-    result = _from_pycolmap(pycolmap.undistort_camera(pycolmap.UndistortCameraOptions(), _to_pycolmap(camera)))
-    usable = result.model == "PINHOLE" and np.isfinite(result.params).all()
-    return result if usable and min(result.width, result.height) > 1 else None
+    try:
+        result = pycolmap.undistort_camera(pycolmap.UndistortCameraOptions(), _to_pycolmap(camera))
+    except ValueError:  # pycolmap's own check of the camera model
+        return None
+    straight = _from_pycolmap(result)
+    return straight if np.isfinite(straight.params).all() and min(straight.width, straight.height) > 1 else None
 
 
 def undistorted_image(pixels: Pixels, camera: ModelCamera) -> Pixels:

@@ -1,0 +1,21 @@
+"""Fixtures that several rooms share."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from avs.compatibility import prepare_environment
+
+# Before numpy and torch are imported by a test module: threads and their waiting are decided then.
+prepare_environment()
+
+
+@pytest.fixture(scope="session")
+def shared_scenes() -> Path:
+    """The folder of real photographs in COLMAP layout; they are no part of the repository."""
+    root = Path(os.environ.get("AVS_SHARED", Path(__file__).parent.parent / ".." / "shared"))
+    scenes = root / "scenes"
+    if not scenes.is_dir():
+        pytest.skip(f"no real photographs: {scenes} does not exist (AVS_SHARED names the folder above it)")
+    return scenes
