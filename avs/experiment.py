@@ -13,10 +13,11 @@ from avs.cameras import IndexArray
 from avs.episode import Builder, Identity, Plan, Progress, run, seed_of
 from avs.errors import UserError
 from avs.evaluation import Evaluator
-from avs.files import atomic_path, file_hash
+from avs.files import file_hash
 from avs.protocol import ProtocolSettings
 from avs.record import Episode, read_record, write_record
 from avs.representations.base import Representation
+from avs.representations.gaussians.ply import write_ply
 from avs.representations.gaussians.settings import GaussianSettings
 from avs.representations.gaussians.splats import GaussianSplats, build
 from avs.scene import Scene, read_scene
@@ -147,8 +148,7 @@ def _builder(scene: Scene, settings: GaussianSettings, seed: int, device: str) -
 def _write(out: Path, record: Episode, meta: BaseModel, representation: Representation) -> None:
     """Write the reconstruction and both records; ``episode.json`` comes last, so that it vouches for the others."""
     if isinstance(representation, GaussianSplats):
-        with atomic_path(out / "splats.ply") as path:
-            representation.export_ply(path)
+        write_ply(out / "splats.ply", representation.parameters)
     write_record(out / "episode.meta.json", meta)
     write_record(out / "episode.json", record)
 
@@ -165,10 +165,14 @@ class _Replay:
         """Return the next ``k`` listed views."""
         names, self._waiting = self._waiting[:k], self._waiting[k:]
         if len(names) < k:
-            raise UserError(self._source, f"lists too few views at step {state.step}", "list as many as the budget asks")
+            raise UserError(
+                self._source, f"lists too few views at step {state.step}", "list as many as the budget asks"
+            )
         unknown = [name for name in names if name not in self._candidates]
         if unknown:
-            raise UserError(self._source, f"{unknown[0]} is not a candidate at step {state.step}", "mend the list of views")
+            raise UserError(
+                self._source, f"{unknown[0]} is not a candidate at step {state.step}", "mend the list of views"
+            )
         rows = np.array([self._candidates.index(name) for name in names], dtype=np.int64)
         self._candidates = [name for name in self._candidates if name not in names]
         return Selection(rows, None)

@@ -15,14 +15,18 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 def run(body, log=None):
-    code = f"from pathlib import Path\nfrom avs.jobs import job\nwith job({log and f'Path({str(log)!r})'}) as console:\n"
+    code = (
+        f"from pathlib import Path\nfrom avs.jobs import job\nwith job({log and f'Path({str(log)!r})'}) as console:\n"
+    )
     code += "\n".join(f"    {line}" for line in body.splitlines())
     return subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
 
 
 def test_a_users_fault_is_one_line_in_the_log_and_on_the_terminal(tmp_path):
     log = tmp_path / "logs" / "job.log"
-    body = "from avs.errors import UserError\nprint('working')\nraise UserError('a.png', 'is truncated', 'copy it again')"
+    body = (
+        "from avs.errors import UserError\nprint('working')\nraise UserError('a.png', 'is truncated', 'copy it again')"
+    )
     result = run(body, log)
     line = "error: a.png: is truncated; copy it again\n"
     assert result.returncode == 2

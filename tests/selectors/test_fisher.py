@@ -40,11 +40,7 @@ def test_the_score_is_the_sum_of_ratios(regularisation):
     selection = select(representation, k=2, regularisation=regularisation)
     captured = representation.table[:3].astype(np.float64).sum(axis=0)
     expected = [
-        sum(
-            representation.table[c, g, p] / (captured[g, p] + regularisation)
-            for g in range(5)
-            for p in range(4)
-        )
+        sum(representation.table[c, g, p] / (captured[g, p] + regularisation) for g in range(5) for p in range(4))
         for c in range(3, 9)
     ]
     np.testing.assert_allclose(selection.scores, expected, rtol=1e-6)

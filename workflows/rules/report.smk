@@ -1,17 +1,16 @@
 # Tables and figures, from episode records and nothing else.
 
-# The paper's table whose setting an embedded capture pattern stands in for.
-PUBLISHED = {
-    "orbit": "mipnerf360",
-    "walkthrough": "realestate10k",
-    "handheld": "mapfree",
-    "egocentric": "aria_dtc",
-}
+from avs.report.published import published_name
 
 
 def published(dataset):
     """Return the file of published values to print beside a data set's own, or None."""
-    return None
+    name = published_name(dataset)
+    return None if name is None else f"results/published/{name}"
+
+
+def published_file(wildcards):
+    return published(wildcards.dataset) or []
 
 
 def all_episodes(wildcards):
@@ -22,9 +21,16 @@ rule nvs_table:
     input:
         episodes=lambda wildcards: episodes(wildcards.dataset),
         settings=f"{RESULTS}/settings/table/{{dataset}}.json",
+        published=published_file,
         code=sources("avs.report.tables"),
     output:
-        multiext(f"{RESULTS}/tables/nvs_{{dataset}}", ".csv", ".md", ".tex"),
+        multiext(
+            f"{RESULTS}/tables/nvs_{{dataset}}",
+            ".csv",
+            ".md",
+            ".tex",
+            "_per_scene.csv",
+        ),
     log:
         f"{LOGS}/tables/nvs_{{dataset}}.log",
     params:

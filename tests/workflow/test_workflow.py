@@ -1,0 +1,254 @@
+"""The workflow as a user runs it: tables, reruns, kills, bad input. Each run is a real one, only small."""
+
+import hashlib
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import yaml
+from factories import small_scene
+
+ROOT = Path(__file__).resolve().parents[2]
+LINKED = ("avs", "metrics")
+COPIED = ("Snakefile", "workflows", "profiles", "results/published")
+METHODS = ("random", "farthest")
+
+
+def checkout(folder, linked=LINKED):
+    """Lay out the project in ``folder``; code that is linked shares its compiled kernels with this checkout."""
+    for name in COPIED:
+        target = folder / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        (shutil.copytree if (ROOT / name).is_dir() else shutil.copy2)(ROOT / name, target)
+    for name in LINKED:
+        if name in linked:
+            (folder / name).symlink_to(ROOT / name)
+        else:
+            shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
+    (folder / "tiny.yaml").write_text(yaml.safe_dump(tiny()))
+    return folder
+
+
+def tiny():
+    """Return the ci scale cut down to seconds."""
+    values = yaml.safe_load((ROOT / "workflows" / "config" / "ci.yaml").read_text())
+    values |= {"scale": "tiny", "methods": list(METHODS), "scorers": {}, "selectors": {}, "seeds": [0]}
+    values["embedded"]["scenes"] = {"orbit": [0]}
+    values["embedded"]["capture"] |= {"views": 16, "long_side": 48}
+    values["protocol"] |= {"budget": 6, "additions": [4, 8], "iterations": 12}
+    return values
+
+
+def environment():
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    return os.environ | {"PATH": path, "PYTHONPATH": ""}
+
+
+def run(folder, *arguments, command=("snakemake",)):
+    words = [*command, *arguments, "--configfile", "tiny.yaml"]
+    return subprocess.run(words, cwd=folder, env=environment(), capture_output=True, text=True, check=False)
+
+
+def tables(folder):
+    """Return the hash of every table and figure."""
+    files = sorted(path for name in ("tables", "figures") for path in (folder / "results" / "tiny" / name).iterdir())
+    assert files
+    return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+
+
+def planned(result):
+    """Return the number of jobs by rule that a dry run names."""
+    assert result.returncode == 0, result.stderr
+    return {rule: int(count) for rule, count in re.findall(r"^(\w+)\s+(\d+)$", result.stdout, re.MULTILINE)}
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """A checkout with a finished run at -j2."""
+    folder = checkout(tmp_path_factory.mktemp("finished"))
+    result = run(folder, "-j2", "tables")
+    assert result.returncode == 0, result.stdout + result.stderr
+    return folder
+
+
+@pytest.fixture
+def edited(finished, tmp_path):
+    """A copy of the finished run whose code can be edited."""
+    folder = checkout(tmp_path / "edited", linked=())
+    for name in ("results/tiny", ".snakemake"):
+        shutil.copytree(finished / name, folder / name)
+    return folder
+
+
+def test_a_run_gives_tables_and_figures(finished):
+    results = finished / "results" / "tiny"
+    assert {path.name for path in (results / "tables").iterdir()} >= {"nvs_orbit.csv", "nvs_orbit.md", "nvs_orbit.tex"}
+    assert {path.name for path in (results / "figures").iterdir()} == {"psnr_over_views.pdf", "psnr_over_views.png"}
+    rows = (results / "tables" / "nvs_orbit.csv").read_text().splitlines()
+    assert rows[0] == "method,group,metric,mean,spread,scenes,seeds,published,difference,note"
+    assert {row.split(",")[0] for row in rows[1:]} == set(METHODS)
+
+
+def test_a_second_run_has_nothing_to_do(finished):
+    result = run(finished, "-j2", "tables")
+    assert result.returncode == 0
+    assert "Nothing to be done" in result.stderr + result.stdout
+
+
+def test_each_episode_logs_one_line_a_step(finished):
+    log = (finished / "results/tiny/logs/episodes/orbit/orbit_0/random/0.log").read_text().splitlines()
+    assert [line.split(": ")[1].split(",")[0] for line in log if "PSNR" in line] == [
+        "step 1 of 2",
+        "step 2 of 2",
+        "end",
+    ]
+
+
+def test_a_replay_gives_the_same_curve(finished, tmp_path):
+    from avs.record import Episode, read_record
+
+    record = finished / "results/tiny/episodes/orbit/orbit_0/random/0/episode.json"
+    scene = finished / "results/tiny/scenes/orbit_0"
+    words = [sys.executable, "-m", "avs", "replay", str(scene), str(record), "--out", str(tmp_path)]
+    result = subprocess.run(words, cwd=ROOT, env=environment(), capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    first, second = read_record(record, Episode), read_record(tmp_path / "episode.json", Episode)
+    assert second.curve == first.curve
+    assert second.selected == first.selected
+
+
+def test_editing_a_selector_reruns_its_own_episodes_and_what_follows(edited):
+    with open(edited / "avs" / "selectors" / "farthest.py", "a") as stream:
+        stream.write("\n# an edit\n")
+    jobs = planned(run(edited, "-n", "tables"))
+    assert jobs == {"episode": 1, "nvs_table": 1, "psnr_over_views": 1, "tables": 1, "total": 4}
+
+
+def test_touching_a_file_reruns_nothing(edited):
+    (edited / "avs" / "episode.py").touch()
+    assert "Nothing to be done" in run(edited, "-n", "tables").stdout
+
+
+@pytest.mark.parametrize(
+    ("edit", "jobs"),
+    [
+        ({"selectors": {"random": {"reshuffle": True}}}, {"settings": 1, "episode": 1}),
+        ({"seeds": [0, 1]}, {"episode": 2}),
+    ],
+)
+def test_a_change_of_configuration_reruns_what_reads_it(edited, edit, jobs):
+    (edited / "tiny.yaml").write_text(yaml.safe_dump(tiny() | edit))
+    result = planned(run(edited, "-n", "tables"))
+    assert {rule: result.get(rule, 0) for rule in ("settings", "embedded_scene", "episode")} == {
+        "settings": 0,
+        "embedded_scene": 0,
+    } | jobs
+
+
+def test_a_killed_run_resumes_to_the_same_tables(finished, tmp_path):
+    folder = checkout(tmp_path)
+    words = ["snakemake", "-j1", "tables", "--configfile", "tiny.yaml"]
+    process = subprocess.Popen(words, cwd=folder, env=environment(), stdout=-3, stderr=-3, start_new_session=True)
+    episodes = folder / "results" / "tiny" / "episodes"
+    _wait(lambda: any(episodes.rglob("splats.ply")) or process.poll() is not None)
+    children = _descendants(process.pid)
+    os.kill(process.pid, signal.SIGKILL)
+    process.wait()
+    _wait(lambda: not any(Path(f"/proc/{pid}/exe").exists() for pid in children), seconds=2)
+    assert not any(Path(f"/proc/{pid}/exe").exists() for pid in children), "a job outlived its run"
+    result = run(folder, "resume", "-j1", "tables", command=(sys.executable, "-m", "avs"))
+    assert result.returncode == 0, result.stdout + result.stderr
+    assert tables(folder) == tables(finished)
+
+
+def test_resume_refuses_while_a_run_is_alive(finished):
+    stand_in = [sys.executable, "-c", "import time; time.sleep(60)", "snakemake"]
+    process = subprocess.Popen(["bash", "-c", 'exec -a snakemake "$@"', "_", *stand_in], cwd=finished)
+    try:
+        time.sleep(0.5)
+        result = run(finished, "resume", "tables", command=(sys.executable, "-m", "avs"))
+    finally:
+        process.kill()
+        process.wait()
+    assert result.returncode == 2
+    assert "a run is alive" in result.stderr
+
+
+def test_a_damaged_capture_ends_its_own_jobs_only(tmp_path):
+    folder = checkout(tmp_path / "run")
+    captures = tmp_path / "captures"
+    for name in ("good", "bad"):
+        small_scene(captures / name, count=16, name=name)
+    image = captures / "bad" / "images" / "005.png"
+    image.write_bytes(image.read_bytes()[:60])
+    values = tiny() | {"methods": ["farthest"], "scenes_dir": str(captures)}
+    (folder / "tiny.yaml").write_text(yaml.safe_dump(values))
+    result = run(folder, "-j2", "tables")
+    assert result.returncode == 1
+    lines = [line for line in (result.stdout + result.stderr).splitlines() if line.startswith("error: ")]
+    assert any("005.png" in line and line.count("; ") >= 1 for line in lines), result.stderr
+    results = folder / "results" / "tiny"
+    assert (results / "episodes/captures/good/farthest/0/episode.json").exists()
+    assert not (results / "scenes/bad").exists() or not list((results / "scenes/bad").iterdir())
+    assert not list((results / "tables").glob("*")) if (results / "tables").exists() else True
+
+
+@pytest.mark.parametrize(
+    ("option", "line"),
+    [
+        ("mehtods=[random]", "error: configuration: mehtods: unknown key; did you mean methods?"),
+        ("scenes_dir=nowhere", "error: nowhere: "),
+    ],
+)
+def test_a_faulty_configuration_is_one_line(tmp_path, option, line):
+    folder = checkout(tmp_path)
+    words = ["snakemake", "-n", "tables", "--configfile", "tiny.yaml", "--config", option]
+    result = subprocess.run(words, cwd=folder, env=environment(), capture_output=True, text=True, check=False)
+    assert result.returncode != 0
+    errors = [text for text in (result.stdout + result.stderr).splitlines() if text.startswith("error: ")]
+    assert len(errors) == 1
+    assert errors[0].startswith(line)
+
+
+def test_a_gpu_that_is_not_there_is_one_line(finished, tmp_path):
+    import torch
+
+    if torch.cuda.is_available():
+        pytest.skip("there is a GPU here")
+    settings = tmp_path / "settings.json"
+    values = (finished / "results/tiny/settings/episode/random.json").read_text()
+    settings.write_text(values.replace('"device": "cpu"', '"device": "cuda"'))
+    scene = finished / "results/tiny/scenes/orbit_0"
+    words = [
+        sys.executable,
+        "-m",
+        "avs",
+        "episode",
+        str(scene),
+        "0",
+        "--settings",
+        str(settings),
+        "--out",
+        str(tmp_path),
+    ]
+    result = subprocess.run(words, cwd=ROOT, env=environment(), capture_output=True, text=True, check=False)
+    assert result.returncode == 2
+    assert result.stderr == "error: device cuda: torch finds no GPU here; set device: cpu, or run where there is one\n"
+
+
+def _descendants(pid):
+    children = Path(f"/proc/{pid}/task").glob("*/children")
+    found = [int(child) for path in children for child in path.read_text().split()]
+    return found + [other for child in found for other in _descendants(child)]
+
+
+def _wait(condition, seconds=120):
+    end = time.monotonic() + seconds
+    while time.monotonic() < end and not condition():
+        time.sleep(0.02)
