@@ -1,0 +1,115 @@
+"""Adam (Kingma and Ba 2015) for one tensor, with one learning rate for its first columns and another for the rest.
+
+``torch.optim.Adam`` has one rate per tensor, so that 3DGS implementations keep the spherical harmonics of degree 0 and
+of higher degrees apart and join copies of them at every step. With two rates they stay one tensor. On the CPU one numba
+loop does the update and leaves out the columns of harmonics that are not in use yet, whose gradients and moments are
+zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import torch
+from numba import njit
+from torch import Tensor
+from torch.nn import Parameter
+
+BETA1, BETA2 = 0.9, 0.999
+
+
+class Adam(torch.optim.Optimizer):
+    """Adam for one parameter ``[n, ...]``, seen as ``[n, columns]``.
+
+    Its state has the layout of ``torch.optim.Adam`` (``exp_avg``, ``exp_avg_sq``, ``step``), which gsplat's strategies
+    edit when Gaussians are added or removed.
+    """
+
+    def __init__(
+        self, parameter: Parameter, rate: float, epsilon: float, rest: tuple[int, float] | None = None
+    ) -> None:
+        """Start without moments.
+
+        Args:
+            parameter: the tensor to optimise.
+            rate: learning rate.
+            epsilon: added to the root of the second moment.
+            rest: a column and the learning rate from that column on, if it differs.
+        """
+        columns = parameter[0].numel()
+        first, rest_rate = rest or (columns, rate)
+        super().__init__([parameter], {"lr": rate, "rest": (first, rest_rate), "active": columns, "epsilon": epsilon})
+
+    def set_rate(self, rate: float) -> None:
+        """Change the learning rate of the first columns."""
+        self.param_groups[0]["lr"] = rate
+
+    def set_active(self, columns: int) -> None:
+        """Promise that the gradient is zero from this column on, and has always been."""
+        self.param_groups[0]["active"] = columns
+
+    @torch.no_grad()
+    def step(self, closure: Callable[[], float] | None = None) -> None:  # type: ignore[override]
+        """Update the parameter by its gradient; a parameter without gradient stays as it is."""
+        group = self.param_groups[0]
+        parameter: Parameter = group["params"][0]
+        if parameter.grad is None:
+            return
+        state = self.state[parameter]
+        if not state:
+            state.update(step=0, exp_avg=torch.zeros_like(parameter), exp_avg_sq=torch.zeros_like(parameter))
+        state["step"] += 1
+        tensors = tuple(_columns(t) for t in (parameter, parameter.grad, state["exp_avg"], state["exp_avg_sq"]))
+        update = _update_cpu if parameter.device.type == "cpu" else _update
+        update(tensors, group, 1 - BETA1 ** state["step"], 1 - BETA2 ** state["step"])
+
+
+def _columns(tensor: Tensor) -> Tensor:
+    return tensor.detach().reshape(len(tensor), -1)
+
+
+def _update(tensors: tuple[Tensor, ...], group: dict[str, Any], correction1: float, correction2: float) -> None:
+    """Update ``tensors``: parameter, gradient, first and second moment, each ``[n, columns]``."""
+    parameter, gradient, first, second = tensors
+    first.lerp_(gradient, 1 - BETA1)
+    second.mul_(BETA2).addcmul_(gradient, gradient, value=1 - BETA2)
+    change = first / second.div(correction2).sqrt_().add_(group["epsilon"])
+    column, rest_rate = group["rest"]
+    parameter[:, :column].sub_(change[:, :column], alpha=group["lr"] / correction1)
+    parameter[:, column:].sub_(change[:, column:], alpha=rest_rate / correction1)
+
+
+def _update_cpu(tensors: tuple[Tensor, ...], group: dict[str, Any], correction1: float, correction2: float) -> None:
+    """Do the same as ``_update`` in one pass over the memory."""
+    column, rest_rate = group["rest"]
+    active = group["active"]
+    arrays = tuple(tensor.numpy() for tensor in tensors)
+    if active == column == arrays[0].shape[1]:
+        # One rate throughout: one long row is quicker than many short ones.
+        arrays = tuple(array.reshape(1, -1) for array in arrays)
+        column = active = arrays[0].size
+    column = min(column, active)
+    scale, epsilon = np.float32(correction2**-0.5), np.float32(group["epsilon"])
+    _update_columns(arrays, 0, column, np.float32(group["lr"] / correction1), scale, epsilon)
+    if active > column:
+        _update_columns(arrays, column, active, np.float32(rest_rate / correction1), scale, epsilon)
+
+
+_B1, _B2 = np.float32(BETA1), np.float32(BETA2)
+_A1, _A2 = np.float32(1 - BETA1), np.float32(1 - BETA2)
+
+
+@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
+def _update_columns(arrays, begin, end, rate, scale, epsilon):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Update columns ``begin`` to ``end``. Divisions stay as written: epsilon may be 1e-15, 0 / epsilon must be 0."""
+    parameter, gradient, first, second = arrays
+    for i in range(len(parameter)):
+        # Slices, so that the index starts at 0: numba wraps an index that may be negative, which keeps the loop scalar.
+        p, g = parameter[i, begin:end], gradient[i, begin:end]
+        m, v = first[i, begin:end], second[i, begin:end]
+        for j in range(end - begin):
+            m[j] = _B1 * m[j] + _A1 * g[j]
+            v[j] = _B2 * v[j] + _A2 * g[j] * g[j]
+            p[j] -= rate * m[j] / (np.sqrt(v[j]) * scale + epsilon)

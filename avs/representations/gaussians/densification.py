@@ -1,0 +1,126 @@
+"""Adaptive density control: gsplat's ``DefaultStrategy`` with a budget, an own generator, a working opacity reset."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import torch
+from gsplat.strategy import DefaultStrategy
+from gsplat.strategy.ops import reset_opa
+from torch import Tensor
+
+from avs.representations.gaussians.adam import Adam
+from avs.representations.gaussians.parameters import Parameters
+from avs.representations.gaussians.settings import Densification
+
+STATISTICS = ("grad2d", "count")
+"""Names of the running sums in the state of gsplat's strategy: gradient norms, and the views that they come from."""
+
+
+@dataclass
+class BudgetedStrategy(DefaultStrategy):  # type: ignore[misc]
+    """``DefaultStrategy`` that never grows beyond ``max_gaussians``.
+
+    Cloning and splitting each add one Gaussian. Where fewer places are left than Gaussians want to grow, those of the
+    largest mean gradients grow: the threshold rises for this one time.
+    """
+
+    max_gaussians: int | None = None
+
+    def _grow_gs(
+        self, params: Parameters, optimizers: Mapping[str, Adam], state: dict[str, Any], step: int
+    ) -> tuple[int, int]:
+        gradients = state["grad2d"] / state["count"].clamp_min(1)
+        wanted = int((gradients > self.grow_grad2d).sum())
+        places = wanted if self.max_gaussians is None else self.max_gaussians - len(gradients)
+        if places <= 0:
+            return 0, 0
+        changed = replace(self)
+        if wanted > places:
+            # The largest gradient that must not grow; the comparison in the base class is strict, so ties do not grow
+            # either.
+            changed.grow_grad2d = float(torch.topk(gradients, places + 1).values[-1])
+        grown: tuple[int, int] = DefaultStrategy._grow_gs(changed, params, optimizers, state, step)
+        return grown
+
+
+class DensityControl:
+    """Adds and removes Gaussians during the optimisation, as ``settings`` say."""
+
+    def __init__(self, settings: Densification, extent: float) -> None:
+        """Start without statistics; ``extent`` is that of the scene."""
+        self._settings = settings
+        self._strategy = BudgetedStrategy(
+            prune_opa=settings.prune_opacity,
+            grow_grad2d=settings.gradient_threshold,
+            grow_scale3d=settings.split_scale,
+            prune_scale3d=settings.prune_scale,
+            refine_start_iter=settings.start,
+            refine_stop_iter=settings.until,
+            refine_every=settings.every,
+            reset_every=settings.opacity_reset_every,
+            absgrad=settings.absolute_gradient,
+            max_gaussians=settings.max_gaussians,
+        )
+        self._state: dict[str, Any] = self._strategy.initialize_state(scene_scale=extent)
+
+    def statistics(self) -> dict[str, Tensor]:
+        """Return the running sums since the last change, ``[n]`` each; none before the first step."""
+        return {name: self._state[name] for name in STATISTICS if self._state[name] is not None}
+
+    def restore(self, statistics: Mapping[str, Tensor]) -> None:
+        """Take over what ``statistics`` returned."""
+        self._state |= {name: statistics.get(name) for name in STATISTICS}
+
+    def before_backward(
+        self, parameters: Parameters, optimizers: Mapping[str, Adam], step: int, meta: dict[str, Any]
+    ) -> None:
+        """Ask for the gradient of the image plane positions, where it is going to be read."""
+        if step < self._settings.until:
+            self._strategy.step_pre_backward(parameters, optimizers, self._state, step, meta)
+
+    def after_backward(
+        self,
+        parameters: Parameters,
+        optimizers: Mapping[str, Adam],
+        step: int,
+        meta: dict[str, Any],
+        generator: np.random.Generator,
+    ) -> None:
+        """Gather statistics and, where it is due, change the number of Gaussians and reset their opacities.
+
+        Args:
+            parameters: changed in place; its tensors are replaced.
+            optimizers: one per parameter; their moments follow the Gaussians.
+            step: number of the optimisation step, from 1.
+            meta: what ``rasterization`` returned for the step.
+            generator: source of the offsets of split Gaussians.
+        """
+        settings = self._settings
+        if step >= settings.until:
+            return
+        changes = step > settings.start and step % settings.every == 0
+        with _seeded(generator, parameters["means"].device, changes):
+            self._strategy.step_post_backward(parameters, optimizers, self._state, step, meta, packed=False)
+        if step % settings.opacity_reset_every == 0:
+            # gsplat 1.5.3 tests `step % reset_every == 0 & step > 0`, which Python reads as `... == 0 > 0`: never true.
+            reset_opa(parameters, optimizers, self._state, value=settings.opacity_reset_value)
+
+
+@contextmanager
+def _seeded(generator: np.random.Generator, device: torch.device, needed: bool) -> Iterator[None]:
+    """Seed torch's global generator from ``generator`` inside the context and restore it after.
+
+    gsplat's ``split`` draws from the global generator. Nothing is drawn or changed unless ``needed``.
+    """
+    if not needed:
+        yield
+        return
+    devices = [device] if device.type == "cuda" else []
+    with torch.random.fork_rng(devices=devices):
+        torch.manual_seed(int(generator.integers(2**63)))
+        yield

@@ -1,0 +1,51 @@
+"""The trainable tensors of a set of Gaussians, and their activations."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import torch
+from torch import Tensor
+from torch.nn import Parameter
+
+from avs.representations.gaussians.initialization import SH_DEGREE_0, PointCloud, initial_scales
+
+Parameters = dict[str, Parameter]
+"""The tensors, by the names that gsplat's strategies expect:
+
+- ``means`` ``[n, 3]``: positions, world coordinates.
+- ``scales`` ``[n, 3]``: logarithms of the standard deviations along the axes.
+- ``quats`` ``[n, 4]``: rotations as (w, x, y, z), of any length but 0.
+- ``opacities`` ``[n]``: logits.
+- ``sh`` ``[n, (degree + 1)^2, 3]``: spherical harmonics of the colour minus 0.5.
+"""
+
+NAMES = ("means", "scales", "quats", "opacities", "sh")
+
+
+def create_parameters(cloud: PointCloud, opacity: float, sh_degree: int, device: torch.device) -> Parameters:
+    """Return Gaussians at the points of ``cloud``: isotropic, unrotated, of one opacity and the points' colours."""
+    count = len(cloud.positions)
+    scales = np.log(initial_scales(cloud.positions))
+    harmonics = np.zeros((count, (sh_degree + 1) ** 2, 3))
+    harmonics[:, 0] = (cloud.colors - 0.5) / SH_DEGREE_0
+    values = {
+        "means": cloud.positions,
+        "scales": np.repeat(scales[:, None], 3, axis=1),
+        "quats": np.tile([1.0, 0.0, 0.0, 0.0], (count, 1)),
+        "opacities": np.full(count, math.log(opacity / (1 - opacity))),
+        "sh": harmonics,
+    }
+    return {name: Parameter(torch.tensor(values[name], dtype=torch.float32, device=device)) for name in NAMES}
+
+
+def activated(parameters: Parameters) -> dict[str, Tensor]:
+    """Return the arguments of ``rasterization`` that describe the Gaussians; it normalises quaternions itself."""
+    return {
+        "means": parameters["means"],
+        "quats": parameters["quats"],
+        "scales": parameters["scales"].exp(),
+        "opacities": parameters["opacities"].sigmoid(),
+        "colors": parameters["sh"],
+    }

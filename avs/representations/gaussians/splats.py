@@ -1,0 +1,235 @@
+"""3D Gaussian splatting as a representation: fit, render, Fisher information, checkpoints (arXiv 2308.04079)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import torch
+from torch import Tensor
+
+from avs.cameras import Cameras, IndexArray
+from avs.errors import UserError
+from avs.representations.base import Rendering, Views
+from avs.representations.gaussians.checkpoint import CheckpointState, read_checkpoint, write_checkpoint
+from avs.representations.gaussians.densification import STATISTICS, DensityControl
+from avs.representations.gaussians.information import parameter_fisher
+from avs.representations.gaussians.initialization import PointCloud, initial_points
+from avs.representations.gaussians.losses import Target, photometric_loss, prepare_target
+from avs.representations.gaussians.optimization import active_degree, create_optimizers, follow_schedules
+from avs.representations.gaussians.parameters import NAMES, Parameters, activated, create_parameters
+from avs.representations.gaussians.rasterization import rasterization
+from avs.representations.gaussians.settings import GaussianSettings
+from avs.scene import Scene
+
+CHECK_EVERY = 100
+"""Steps between checks that every parameter is finite."""
+
+CAMERAS_PER_BATCH = 8
+"""Cameras that one call of the rasteriser renders, which bounds its memory."""
+
+
+def build(scene: Scene, captured: IndexArray, settings: GaussianSettings, seed: int, device: str) -> GaussianSplats:
+    """Return untrained Gaussians for ``scene``.
+
+    Args:
+        scene: its cameras, points and extent are used, its images are not.
+        captured: indices of the images captured so far, which matter to the initial points ``selected`` alone.
+        settings: of the reconstruction.
+        seed: of every random choice of the reconstruction.
+        device: ``cpu`` or ``cuda``.
+
+    Raises:
+        UserError: the device is not there, or the scene has too few points for the initial points asked for.
+    """
+    generator = np.random.Generator(np.random.PCG64(seed))
+    cloud = initial_points(scene, captured, settings.points, generator)
+    return GaussianSplats(cloud, scene.extent, settings, generator, device)
+
+
+class GaussianSplats:
+    """Trainable 3D Gaussians; a ``Representation`` with the capability ``HasFisherDiagonal``.
+
+    Attributes:
+        settings: of the reconstruction.
+        extent: of the scene, which positions' rates and thresholds are relative to.
+        parameters: the trainable tensors, see ``parameters.py``.
+        iteration: optimisation steps done so far.
+    """
+
+    def __init__(
+        self, cloud: PointCloud, extent: float, settings: GaussianSettings, generator: np.random.Generator, device: str
+    ) -> None:
+        """Start at the points of ``cloud``; ``generator`` is the source of every random choice from here on.
+
+        Raises:
+            UserError: the device is not there.
+        """
+        self.settings = settings
+        self.extent = extent
+        self.iteration = 0
+        self._device = _device(device)
+        self._generator = generator
+        self.parameters: Parameters = create_parameters(
+            cloud, settings.points.opacity, settings.sh_degree, self._device
+        )
+        self._optimizers = create_optimizers(self.parameters, settings, extent)
+        self._density = DensityControl(settings.densification, extent)
+        self._background = torch.tensor([settings.background], dtype=torch.float32, device=self._device)
+        self._targets: list[tuple[npt.NDArray[np.uint8], Target]] = []
+        self._queue: list[int] = []
+        self._view_count = 0
+
+    @property
+    def primitives(self) -> int:
+        """Number of Gaussians."""
+        return len(self.parameters["means"])
+
+    @property
+    def sh_degree(self) -> int:
+        """Degree of the spherical harmonics in use."""
+        return active_degree(self.settings, self.iteration)
+
+    def fit(self, views: Views, iterations: int) -> None:
+        """Optimise on ``views`` for ``iterations`` more steps, one view each.
+
+        Views come in random order without repetition until all were used. When their number changes, a new order of all
+        of them begins, so that a new view enters at once.
+
+        Raises:
+            UserError: parameters stopped being finite, or every Gaussian was pruned.
+        """
+        self._prepare(views)
+        for _ in range(iterations):
+            if not self._queue:
+                self._queue = [int(index) for index in self._generator.permutation(len(views))]
+            index = self._queue.pop()
+            self._step(self._targets[index][1], views.cameras[index])
+            if self.iteration % CHECK_EVERY == 0:
+                self._check()
+        self._check()
+
+    def render(self, cameras: Cameras) -> Rendering:
+        """Render ``cameras``, which share one image size; depth is the expected depth, colours are clamped to 0..1.
+
+        Raises:
+            ValueError: the image sizes differ, or there is no camera.
+        """
+        sizes = list(cameras.by_size())
+        if len(sizes) != 1:
+            raise ValueError(f"expected cameras of one image size, got {len(sizes)} sizes")
+        batches = [cameras[i : i + CAMERAS_PER_BATCH] for i in range(0, len(cameras), CAMERAS_PER_BATCH)]
+        with torch.no_grad():
+            rendered = [self._rasterize(batch, self.sh_degree, "RGB+ED")[:2] for batch in batches]
+        image = torch.cat([image for image, _ in rendered]).cpu()
+        alpha = torch.cat([alpha for _, alpha in rendered]).cpu()[..., 0]
+        depth = torch.where(alpha > 0, image[..., 3], torch.zeros(()))
+        return Rendering(
+            rgb=image[..., :3].clamp(0, 1).contiguous().numpy(), depth=depth.numpy(), alpha=alpha.clamp(0, 1).numpy()
+        )
+
+    def fisher_diagonal(self, cameras: Cameras, chain: str) -> Iterator[npt.NDArray[np.float32]]:
+        """Yield the diagonal Fisher information of one camera after another: see ``information.parameter_fisher``."""
+        return parameter_fisher(self.parameters, cameras, self.sh_degree, self.settings.background, chain)
+
+    def save(self, path: Path) -> None:
+        """Write parameters, optimiser moments, density statistics, counters and the generator's state to ``path``."""
+        tensors: dict[str, Tensor] = dict(self.parameters)
+        adam_steps = {}
+        for name, optimizer in self._optimizers.items():
+            moments = dict(optimizer.state[self.parameters[name]])
+            adam_steps[name] = moments.pop("step", 0)
+            tensors |= {f"{name}.{key}": value for key, value in moments.items()}
+        tensors |= {f"density.{key}": value for key, value in self._density.statistics().items()}
+        state = CheckpointState(
+            settings=self.settings,
+            extent=self.extent,
+            iteration=self.iteration,
+            adam_steps=adam_steps,
+            queue=self._queue,
+            view_count=self._view_count,
+            generator=dict(self._generator.bit_generator.state),
+        )
+        write_checkpoint(path, tensors, state)
+
+    def load(self, path: Path) -> None:
+        """Restore what ``save`` wrote; further steps give the same bits as without interruption.
+
+        Raises:
+            UserError: the file cannot be read, or is of other settings or another scene.
+        """
+        tensors, state = read_checkpoint(path)
+        if state.settings != self.settings or state.extent != self.extent:
+            raise UserError(path, "was written with other settings or for another scene", "fit again")
+        tensors = {name: tensor.to(self._device) for name, tensor in tensors.items()}
+        self.parameters = {name: torch.nn.Parameter(tensors[name]) for name in NAMES}
+        self._optimizers = create_optimizers(self.parameters, self.settings, self.extent)
+        for name, optimizer in self._optimizers.items():
+            if state.adam_steps[name]:
+                moments = {key: tensors[f"{name}.{key}"] for key in ("exp_avg", "exp_avg_sq")}
+                optimizer.state[self.parameters[name]] = {"step": state.adam_steps[name], **moments}
+        self._density.restore({key: tensors[f"density.{key}"] for key in STATISTICS if f"density.{key}" in tensors})
+        self.iteration = state.iteration
+        self._queue, self._view_count = list(state.queue), state.view_count
+        self._generator.bit_generator.state = state.generator
+
+    def _prepare(self, views: Views) -> None:
+        """Convert images that are new; begin a new order of views where their number changed."""
+        known = {id(image): target for image, target in self._targets}
+        self._targets = [
+            (image, known[id(image)] if id(image) in known else prepare_target(image, self._device))
+            for image in views.images
+        ]
+        if len(views) != self._view_count:
+            self._queue, self._view_count = [], len(views)
+
+    def _step(self, target: Target, camera: Cameras) -> None:
+        step = self.iteration + 1
+        degree = follow_schedules(self._optimizers, self.settings, self.extent, step)
+        image, _, meta = self._rasterize(camera, degree, "RGB")
+        loss = photometric_loss(image[0], target, self.settings.ssim_weight)
+        self._density.before_backward(self.parameters, self._optimizers, step, meta)
+        loss.backward()  # type: ignore[no-untyped-call]
+        for optimizer in self._optimizers.values():
+            optimizer.step()
+            optimizer.zero_grad(set_to_none=True)
+        # After the update, as in gsplat's trainer: 3DGS changes the set before it and so loses that one update.
+        self._density.after_backward(self.parameters, self._optimizers, step, meta, self._generator)
+        self.iteration = step
+
+    def _rasterize(self, cameras: Cameras, degree: int, mode: str) -> tuple[Tensor, Tensor, dict[str, Any]]:
+        width, height = (int(side) for side in cameras.sizes[0])
+        rendered: tuple[Tensor, Tensor, dict[str, Any]] = rasterization(
+            **activated(self.parameters),
+            viewmats=torch.tensor(cameras.world_to_camera, dtype=torch.float32, device=self._device),
+            Ks=torch.tensor(cameras.intrinsics, dtype=torch.float32, device=self._device),
+            width=width,
+            height=height,
+            sh_degree=degree,
+            packed=False,
+            absgrad=self.settings.densification.absolute_gradient,
+            backgrounds=self._background.expand(len(cameras), -1),
+            render_mode=mode,
+        )
+        return rendered
+
+    def _check(self) -> None:
+        broken = [name for name, values in self.parameters.items() if not bool(torch.isfinite(values).all())]
+        fault = f"{', '.join(broken)} stopped being finite" if broken else "every Gaussian was pruned"
+        if broken or not self.primitives:
+            raise UserError(
+                f"reconstruction at step {self.iteration}",
+                fault,
+                "lower the learning rates or check the scene's cameras and points",
+            )
+
+
+def _device(name: str) -> torch.device:
+    if name not in ("cpu", "cuda"):
+        raise UserError(f"device {name!r}", "is not known", "choose cpu or cuda")
+    if name == "cuda" and not torch.cuda.is_available():
+        raise UserError("device 'cuda'", "is not available on this machine", "choose cpu")
+    return torch.device(name)
