@@ -25,8 +25,9 @@ def wall(
     front: Material,
     back: Material,
     cell: float = 0.3,
+    backed: bool = True,
 ) -> Group:
-    """Return a wall along x from the origin: its front faces -y at y = 0, its back +y at ``thickness``."""
+    """Return a wall along x from the origin: its front faces -y at y = 0, its back (if ``backed``) +y at ``thickness``."""
     xs = sorted({0.0, width, *(x for o in openings for x in (o[0], o[0] + o[2]))})
     zs = sorted({0.0, height, *(z for o in openings for z in (o[1], o[1] + o[3]))})
     group: Group = []
@@ -35,7 +36,7 @@ def wall(
             x, z = (x0 + x1) / 2, (z0 + z1) / 2
             if any(o[0] < x < o[0] + o[2] and o[1] < z < o[1] + o[3] for o in openings):
                 continue
-            for y, material, flip in ((0.0, front, False), (thickness, back, True)):
+            for y, material, flip in ((0.0, front, False), (thickness, back, True))[: 1 + backed]:
                 corner, right = ((x1, y, z0), (x0 - x1, 0, 0)) if flip else ((x0, y, z0), (x1 - x0, 0, 0))
                 piece = quad(corner, right, (0, 0, z1 - z0), material, cell)
                 points = piece.vertices

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avs.cameras import Cameras, IndexArray
-from avs.datasets.embedded import outdoor, trajectories
+from avs.datasets.embedded import indoor, outdoor, trajectories
 from avs.datasets.embedded.model import Array, Model, assemble
 from avs.datasets.embedded.points import sparse_points
 from avs.datasets.embedded.raycast import Caster
@@ -42,8 +42,12 @@ class Pattern:
     lens: Lens
 
 
+def _orbit_stage(seed: int, rng: Generator) -> Stage:
+    return indoor.dining_room(rng) if seed % 2 else outdoor.garden(rng)
+
+
 PATTERNS: dict[str, Pattern] = {
-    "orbit": Pattern(1, lambda seed, rng: outdoor.garden(rng), trajectories.orbit, Lens(1.5, 62)),
+    "orbit": Pattern(1, _orbit_stage, trajectories.orbit, Lens(1.5, 62)),
     "handheld": Pattern(
         3, lambda seed, rng: outdoor.garden(rng), trajectories.handheld, Lens(9 / 16, 65, exposure_jitter=0.12)
     ),

@@ -113,9 +113,7 @@ def chair(rng: Generator) -> Group:
             .moved(0, size / 2 - 0.03 + 0.12 * z, seat + z)
         )
     if rng.random() < 0.5:
-        group += [m.scaled(0.9, 0.9, 0.5) for m in moved(cushion(rng, 0.42), 0, 0, 0)][:0] or moved(
-            [m.scaled(0.92, 0.92, 0.45) for m in cushion(rng)], 0, 0, seat - 0.005
-        )
+        group += moved([m.scaled(0.92, 0.92, 0.45) for m in cushion(rng)], 0, 0, seat - 0.005)
     return group
 
 
@@ -253,4 +251,37 @@ def framed_picture(width: float, height: float, rng: Generator) -> Group:
         group.append(box((width + 2 * t, 0.03, t), frame, 0.2, 0.004).moved(0, -0.016, z * (height + t) / 2 - t / 2))
     for x in (-1, 1):
         group.append(box((t, 0.03, height), frame, 0.2, 0.004).moved(x * (width + t) / 2, -0.016, -height / 2))
+    return group
+
+
+def kitchenette(width: float, rng: Generator) -> Group:
+    """Return a kitchen counter against y = 0 with cupboards above it, tiles between, and things on it."""
+    from avs.datasets.embedded.props import arranged
+
+    material, depth, height = wood(rng), 0.58, 0.88
+    stone = Material("marble", 0.7, (0.8, 0.78, 0.75) if rng.random() < 0.5 else (0.2, 0.2, 0.21), 0.15, 0.05)
+    count = max(2, round(width / 0.55))
+    step = width / count
+    group: Group = [
+        box((width, depth - 0.04, height - 0.1), material, 0.15, 0.004).moved(0, -depth / 2, 0.1),
+        box((width + 0.02, depth + 0.03, 0.035), stone, 0.08, 0.006).moved(0, -depth / 2 - 0.01, height),
+        quad(
+            (-width / 2, -0.005, height),
+            (width, 0, 0),
+            (0, 0, 0.55),
+            Material("tiles", 0.6, roughness=0.18, relief=0.002),
+            0.12,
+        ),
+        box((width, 0.32, 0.7), material, 0.15, 0.006).moved(0, -0.16, height + 0.55),
+    ]
+    for k in range(count):
+        x = (k + 0.5) * step - width / 2
+        group.append(
+            box((step - 0.015, 0.02, height - 0.14), material, 0.15, 0.005).moved(x, -depth + 0.01, 0.12).shifted(rng)
+        )
+        group.append(box((step - 0.015, 0.02, 0.68), material, 0.15, 0.005).moved(x, -0.33, height + 0.56).shifted(rng))
+        for y, z in ((-depth - 0.012, height - 0.12), (-0.352, height + 0.62)):
+            group.append(box((0.11, 0.018, 0.012), STEEL, 0.1, 0.004).moved(x, y, z))
+    for x in np.arange(-width / 2 + 0.25, width / 2 - 0.2, 0.5):
+        group += moved(arranged(0.2, 3, rng), float(x), -0.3, height + 0.036)
     return group

@@ -119,6 +119,8 @@ class Lighting:
     sun: Sun | None = None
     lamps: tuple[Lamp, ...] = ()
     windows: tuple[Window, ...] = ()
+    interior: tuple[float, float, float, float] | None = None
+    """Extent (x0, y0, x1, y1) of the building to which ``windows`` belong; outside of it the open sky counts."""
     haze: float = 0.0
     """Share of light that a metre of air replaces by the colour of the horizon."""
 
@@ -155,13 +157,18 @@ def bake(
     position, normal = model.vertices[first], model.normals[first]
     origin = position + OFFSET * normal
     direct = _direct(origin, normal, caster, lighting, rng)
-    sky = _through_windows(origin, normal, caster, lighting, rng) if lighting.windows else np.zeros_like(origin)
+    outside = np.ones(len(first), bool)
+    sky = np.zeros_like(origin)
+    if lighting.interior is not None:
+        x0, y0, x1, y1 = lighting.interior
+        outside = (position[:, 0] < x0) | (position[:, 0] > x1) | (position[:, 1] < y0) | (position[:, 1] > y1)
+        rooms = np.flatnonzero(~outside)
+        sky[rooms] = _through_windows(origin[rooms], normal[rooms], caster, lighting, rng)
     gatherings = [
         _gather(rows, count, origin, normal, caster, rng) for rows, count in _shares(model, first, rays) if len(rows)
     ]
-    if not lighting.windows:
-        for part in gatherings:
-            sky[part.sites] = part.mean(part.open_sky(lighting.sky))
+    for part in gatherings:
+        sky[part.sites] += part.mean(part.open_sky(lighting.sky)) * outside[part.sites, None]
     ambient = sky
     for _ in range(bounces):
         light = (ambient + direct)[model.site] * model.shade
@@ -261,9 +268,9 @@ def _direct(origin: Array, normal: Array, caster: Caster, lighting: Lighting, rn
 def _through_windows(
     origin: Array, normal: Array, caster: Caster, lighting: Lighting, rng: np.random.Generator
 ) -> Array:
-    """Return the sky's light ``[n, 3]`` through the windows: 4 x 4 stratified points on each, with shadow rays."""
+    """Return the sky's light ``[n, 3]`` through the windows: 3 x 3 stratified points on each, with shadow rays."""
     total = np.zeros_like(origin)
-    side = 4
+    side = 3
     for window in lighting.windows:
         corner, right, up = (np.asarray(v, np.float32) for v in (window.corner, window.right, window.up))
         inward = np.cross(right, up)

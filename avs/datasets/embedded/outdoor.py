@@ -44,7 +44,7 @@ def daylight(rng: Generator) -> Lighting:
         cloudy,
         rng,
     )
-    return Lighting(sky, sun, haze=1 / 1500)
+    return Lighting(sky, sun, haze=1 / 800)
 
 
 def terrain(rng: Generator, court: float, flat: float, reach: float = 140.0) -> tuple[Group, Callable[[Array], Array]]:
@@ -125,7 +125,7 @@ def monument(rng: Generator) -> tuple[Group, float]:
         angle = 2 * np.pi * (k + 0.3 * rng.normal()) / 6
         pot = potted_plant(rng, rng.uniform(0.14, 0.26))
         group += moved(pot, 0.95 * np.cos(angle), 0.95 * np.sin(angle), 0.005)
-    return group, 0.9
+    return group, top + 0.35
 
 
 def still_life(rng: Generator) -> tuple[Group, float]:
@@ -234,7 +234,7 @@ def _tree_line(rng: Generator, height: Callable[[Array], Array]) -> Group:
 def garden(rng: Generator) -> Stage:
     """Return a garden whose kind of centre piece, weather and planting ``rng`` draws."""
     piece, middle = CENTRE_PIECES[int(rng.integers(len(CENTRE_PIECES)))](rng)
-    ring = rng.uniform(2.4, 3.0)
+    ring = rng.uniform(2.1, 2.5) + 0.7 * middle
     court = ring * rng.uniform(0.75, 1.15)
     lawn, height = terrain(rng, court, ring + 3)
     group = piece + lawn + court_floor(court, rng) + surroundings(rng, ring * 1.2 + 0.4, height)

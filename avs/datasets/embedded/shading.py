@@ -147,7 +147,7 @@ class Shader:
         """Return the radiance ``[n, 3]`` that arrives from the mirrored direction."""
         reflected = directions - 2 * np.einsum("ij,ij->i", directions, normal)[:, None] * normal
         mirrored = np.array(ambient)
-        if not self.lighting.windows:
+        if self.lighting.interior is None:
             # Where little light of the sky arrives, little of it can be mirrored.
             opening = np.clip(ambient.mean(axis=1) / self._open_sky, 0, 1)[:, None]
             mirrored = self.lighting.sky(reflected) * opening * 0.7 + ambient * 0.3
