@@ -9,11 +9,14 @@ import ctypes
 import functools
 import importlib.util
 import os
+import platform
+import re
 import sys
 from pathlib import Path
 from types import ModuleType
 
 from avs.errors import UserError
+from avs.stub_library import load_stub, undefined_symbols
 
 # One process uses one thread, because the workflow runs as many processes as there are cores. OpenMP threads that
 # wait actively for work made two busy processes ten times slower on two cores. The libraries read these variables at
@@ -33,13 +36,27 @@ _HUB = {"HF_HUB_OFFLINE": "1", "HF_HUB_DISABLE_TELEMETRY": "1"}
 # A process that shows no window must not look for a display.
 _PLOTS = {"MPLBACKEND": "Agg"}
 
+# Libraries that Open3D is linked to but that nothing here calls: the form of their functions' names, and their version.
+_UNUSED_BY_OPEN3D = {
+    "libGL.so.1": ("gl(X)?[A-Z]", ""),
+    "libEGL.so.1": ("egl[A-Z]", ""),
+    "libX11.so.6": ("X[A-Z]", ""),
+    "libidn2.so.0": ("idn2_", "IDN2_0.0.0"),
+    "libudev.so.1": ("udev_", "LIBUDEV_183"),
+}
+
+
+def variables() -> dict[str, str]:
+    """Return the environment variables that this module sets, with their values."""
+    return _THREADS | _HUB | _PLOTS
+
 
 def prepare_environment() -> None:
     """Set the environment variables of this module where the user has not set them.
 
     Call it before numpy, numba or torch is imported; a program's first line is the place. Child processes inherit them.
     """
-    for name, value in (_THREADS | _HUB | _PLOTS).items():
+    for name, value in variables().items():
         os.environ.setdefault(name, value)
 
 
@@ -76,23 +93,28 @@ def prepare_torchvision() -> None:
         except OSError:
             pass
     for operator in ("nms", "qnms"):
-        torch.library.define(f"torchvision::{operator}", "(Tensor dets, Tensor scores, float iou_threshold) -> Tensor")
+        if not hasattr(torch.ops.torchvision, operator):
+            schema = "(Tensor dets, Tensor scores, float iou_threshold) -> Tensor"
+            torch.library.define(f"torchvision::{operator}", schema)
 
 
 @functools.cache
 def import_open3d() -> ModuleType:
     """Import Open3D and return it.
 
-    Open3D's library is linked to ``libusb-1.0.so.0`` (for depth cameras, unused here), which a minimal system lacks.
-    The package ``libusb-package`` carries one; once it is loaded, the linker takes it for the one that Open3D needs.
+    Open3D's library is linked to libraries for windows, depth cameras and downloads, all unused here, which a minimal
+    system lacks. The package ``libusb-package`` carries libusb; stand-ins serve for the others, because no package of
+    the index carries them. What is loaded already, the linker takes for the library that Open3D needs.
 
     Raises:
-        UserError: a system library that Open3D needs is missing, or Open3D itself.
+        UserError: another system library that Open3D needs is missing, or Open3D itself.
     """
     if not _loads("libusb-1.0.so.0"):
         import libusb_package
 
         ctypes.CDLL(str(libusb_package.get_library_path()), mode=ctypes.RTLD_GLOBAL)
+    if sys.platform == "linux" and platform.machine() == "x86_64":
+        _stand_in_for_graphics()
     try:
         import open3d
     except ImportError as error:
@@ -101,6 +123,18 @@ def import_open3d() -> ModuleType:
         ) from error
     module: ModuleType = open3d
     return module
+
+
+def _stand_in_for_graphics() -> None:
+    """Load stand-ins for those libraries of ``_UNUSED_BY_OPEN3D`` that the system lacks."""
+    missing = {name: functions for name, functions in _UNUSED_BY_OPEN3D.items() if not _loads(name)}
+    specification = importlib.util.find_spec("open3d")
+    if not missing or specification is None or specification.origin is None:
+        return
+    for library in Path(specification.origin).parent.glob("libOpen3D.so*"):
+        symbols = undefined_symbols(library)
+        for name, (pattern, version) in missing.items():
+            load_stub(name, [symbol for symbol in symbols if re.match(pattern, symbol)], version)
 
 
 def _loads(library: str) -> bool:
