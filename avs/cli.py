@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -18,6 +18,7 @@ app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_
 scorer = typer.Typer(no_args_is_help=True, help="Train the cross-reference scorer.")
 app.add_typer(scorer, name="scorer")
 
+Device = Literal["cpu", "cuda"]
 Log = Annotated[Path | None, typer.Option(help="file for everything that is printed")]
 SettingsFile = Annotated[Path, typer.Option(help="settings, a JSON file written by the workflow")]
 Out = Annotated[Path, typer.Option(help="what to write")]
@@ -37,6 +38,16 @@ def settings(values: Annotated[str, typer.Argument(help="JSON")], out: Out, log:
 
     with job(log):
         write_json(out, json.loads(values))
+
+
+@app.command()
+def kernels(log: Log = None) -> None:
+    """Compile the CPU kernels, so that no episode has to."""
+    from avs.representations.gaussians.compilation import compile_kernels
+
+    with job(log):
+        limit_threads()
+        compile_kernels()
 
 
 @app.command()
@@ -106,7 +117,7 @@ def episode(
 
 
 @app.command()
-def replay(scene: Path, episode: Path, out: Out, device: str = "cpu", log: Log = None) -> None:
+def replay(scene: Path, episode: Path, out: Out, device: Device = "cpu", log: Log = None) -> None:
     """Run an episode again on the views that its record lists."""
     from avs.experiment import replay_episode
 

@@ -19,6 +19,9 @@ except UserError as error:
 RESULTS = f"results/{settings.scale}"
 LOGS = f"{RESULTS}/logs"
 
+# Says that the kernels have been compiled here. Jobs take it as ancient(): they wait for it and never rerun for it.
+KERNELS = f"{RESULTS}/kernels"
+
 # exec: the job becomes Snakemake's own child, so that it ends with it (see avs/jobs.py).
 AVS = "exec python -m avs"
 
@@ -57,6 +60,20 @@ def section(part):
 def section_json(wildcards):
     """Return the values of a settings file as JSON with sorted keys, so that equal settings are equal text."""
     return json.dumps(section(wildcards.part), sort_keys=True)
+
+
+rule kernels:
+    input:
+        code=sources("avs.representations.gaussians.compilation"),
+    output:
+        touch(KERNELS),
+    log:
+        f"{LOGS}/kernels.log",
+    priority: 3
+    message:
+        "compilation of the CPU kernels"
+    shell:
+        "{AVS} kernels --log {log}"
 
 
 rule settings:

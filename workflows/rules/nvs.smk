@@ -29,6 +29,7 @@ rule episode:
     input:
         scene=f"{RESULTS}/scenes/{{scene}}/scene.json",
         weights=scorer_weights,
+        kernels=ancient(KERNELS),
         settings=f"{RESULTS}/settings/episode/{{method}}.json",
         code=method_code,
     output:

@@ -22,6 +22,7 @@ rule scorer_renders:
     input:
         scene=f"{RESULTS}/scenes/{{pattern}}_{{seed}}/scene.json",
         settings=f"{RESULTS}/settings/renders/{{scorer}}.json",
+        kernels=ancient(KERNELS),
         code=sources("avs.scorer.renders"),
     output:
         f"{RESULTS}/scorer/{{scorer}}/renders/{{pattern}}_{{seed}}.safetensors",
