@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from avs.datasets.embedded.textures import Texture, make_texture
+from avs.datasets.embedded.patterns import Texture
+from avs.datasets.embedded.textures import make_texture
 
 Array = npt.NDArray[np.float32]
 

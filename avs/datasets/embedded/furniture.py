@@ -220,7 +220,7 @@ def pendant(ceiling: float, height: float, rng: Generator) -> Group:
             STEEL.tinted(0.1, 0.1, 0.1),
         ),
         lathe(
-            [(0.001, height + 0.03), (0.03, height + 0.05), (0.03, height + 0.08), (0.001, height + 0.1)],
+            [(0.001, height + 0.06), (0.03, height + 0.075), (0.03, height + 0.1), (0.001, height + 0.12)],
             bulb,
             0.03,
             12,

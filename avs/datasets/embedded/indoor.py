@@ -60,7 +60,7 @@ def room_light(rooms: list[Room], lamps: tuple[Lamp, ...], rng: Generator) -> Li
 
 def dining_room(rng: Generator) -> Stage:
     """Return one furnished room around a laid table; walls, furniture, light and table are drawn by ``rng``."""
-    half_x, half_y = rng.uniform(2.6, 3.2), rng.uniform(2.4, 2.9)
+    half_x, half_y = rng.uniform(2.9, 3.5), rng.uniform(2.6, 3.1)
     room = Room(
         -half_x,
         -half_y,
@@ -80,20 +80,22 @@ def dining_room(rng: Generator) -> Stage:
     free = [side for side in range(4) if side not in room.windows]
     room.doors[free[0]] = [(room.length(free[0]) * rng.uniform(0.1, 0.6), 0.0, 0.95, 2.05)]
     group = shell(room, rng) + furnish(room, rng) + outlook([room], rng)
-    group += _corridor(room, free[0], rng)
+    hall = _hall(room, free[0])
+    group += shell(hall, rng)
     piece, top = centre_group("dining", rng)
     group += turned(piece, rng.uniform(0, 2 * np.pi))
     lamp_height = top + float(rng.uniform(0.95, 1.1))
     group += pendant(room.height, lamp_height, rng)
     power = float(rng.uniform(0.25, 0.8))
-    lamp = Lamp((0.0, 0.0, lamp_height + 0.02), (power, power * 0.8, power * 0.52), 0.05)
-    return Stage(tuple(group), room_light([room], (lamp,), rng), (0.0, 0.0, top + 0.05), 1.75)
+    lamp = Lamp((0.0, 0.0, lamp_height + 0.01), (power, power * 0.8, power * 0.52), 0.03, True)
+    return Stage(tuple(group), room_light([room, hall], (lamp,), rng), (0.0, 0.0, top + 0.05), 1.95)
 
 
-def _corridor(room: Room, side: int, rng: Generator) -> Group:
-    """Return a short corridor behind the door, so that it does not open into the garden."""
+def _hall(room: Room, side: int) -> Room:
+    """Return a small hall behind the door, so that it does not open into the garden."""
     left, _, width, _ = room.doors[side][0]
     x, y = room.spot(side, left + width / 2, -1.4)
     hall = Room(x - 1.3, y - 1.3, x + 1.3, y + 1.3, room.height, "study")
     hall.doors[(side + 2) % 4] = [(1.3 - width / 2, 0.0, width, 2.05)]
-    return shell(hall, rng)
+    hall.windows[side] = [(0.75, 0.9, 1.1, 1.3)]
+    return hall

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
 from avs.datasets.embedded.buildings import garden_wall, house
 from avs.datasets.embedded.furniture import chair, round_table, table, trestle
 from avs.datasets.embedded.lighting import Lighting, Sky, Sun
-from avs.datasets.embedded.model import Array, Group, Material, moved, turned, unit
+from avs.datasets.embedded.model import Array, Group, Material, moved, turned
 from avs.datasets.embedded.noise import SpaceNoise
-from avs.datasets.embedded.plants import FOLIAGE, hedge, leaves, LEAF, rock, scatter, shrub, tree, tufts
-from avs.datasets.embedded.props import TABLEWARE, arranged, carton, color, potted_plant, vase
+from avs.datasets.embedded.plants import FOLIAGE, LEAF, hedge, leaves, rock, scatter, shrub, tree, tufts
+from avs.datasets.embedded.props import arranged, carton, color, potted_plant, vase
 from avs.datasets.embedded.sculpture import plinth, statue
-from avs.datasets.embedded.shapes import ball, box, displaced, ground, lathe, surface
+from avs.datasets.embedded.shapes import ball, box, displaced, ground
 from avs.datasets.embedded.stage import Stage
 
 Generator = np.random.Generator

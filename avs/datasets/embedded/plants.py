@@ -161,20 +161,30 @@ def bouquet(radius: float, height: float, count: int, rng: Generator, flower: Co
         top = np.array([reach * np.cos(angle), reach * np.sin(angle), height * rng.uniform(0.65, 1)])
         stem = s * np.array([0, 0, 1.0]) * top[2] + s**2 * np.array([top[0], top[1], 0])
         group.append(tube(stem, np.full(5, 0.004), LEAF.tinted(0.15, 0.25, 0.08), 5))
-        spots = stem[1:].repeat(4, axis=0)
+        spots = stem[1:].repeat(4, axis=0) + rng.normal(size=(16, 3)) * 0.04 * height
         tips.append(spots)
         directions.append(unit(rng.normal(size=spots.shape) + np.array([top[0], top[1], 0]) / radius))
         if flower is not None:
             petals = np.repeat(stem[-1:], 9, axis=0)
             group.append(
                 leaves(
-                    petals, rng.normal(size=(9, 3)) + np.array([0, 0, 0.8]), np.full(9, 0.05), LEAF.tinted(*flower), rng
+                    petals,
+                    rng.normal(size=(9, 3)) + np.array([0, 0, 0.8]),
+                    np.full(9, 0.03 + 0.03 * height),
+                    LEAF.tinted(*flower),
+                    rng,
                 )
             )
     green = GREENS[int(rng.integers(len(GREENS)))]
     centers = np.concatenate(tips)
     group.append(
-        leaves(centers, np.concatenate(directions), rng.uniform(0.06, 0.13, len(centers)), LEAF.tinted(*green), rng)
+        leaves(
+            centers,
+            np.concatenate(directions),
+            rng.uniform(0.5, 1.1, len(centers)) * (0.035 + 0.1 * height),
+            LEAF.tinted(*green),
+            rng,
+        )
     )
     return group
 

@@ -19,7 +19,7 @@ GLAZED = Material("glaze", 0.35, roughness=0.2, reflectance=0.05)
 TERRACOTTA = Material("concrete", 0.5, (1.6, 0.75, 0.45), roughness=0.85, relief=0.004)
 GLASS = Material("marble", 0.5, (0.1, 0.22, 0.12), roughness=0.08, reflectance=0.06)
 STEEL = Material("metal", 0.4, roughness=0.25, reflectance=0.55)
-WOOD = Material("wood", 0.45, roughness=0.45)
+WOOD = Material("wood", 0.8, roughness=0.45)
 PAGES = Material("paper", 0.06, roughness=0.9)
 CLOTH = Material("weave", 0.25, roughness=0.95)
 CARDBOARD = Material("weave", 0.12, (0.75, 0.55, 0.36), roughness=0.9)
@@ -31,6 +31,13 @@ def color(rng: Generator, low: float = 0.08, high: float = 0.75) -> Color:
     hue = rng.dirichlet((1.3, 1.3, 1.3))
     mixed = (0.35 + 0.65 * hue / hue.max()) * rng.uniform(low, high)
     return (float(mixed[0]), float(mixed[1]), float(mixed[2]))
+
+
+def paint(rng: Generator) -> Color:
+    """Return the pale colour of a painted wall."""
+    hue = rng.dirichlet((6.0, 6.0, 4.0))
+    pale = 0.78 + 0.3 * hue / hue.max()
+    return (float(pale[0]), float(pale[1]), float(pale[2]))
 
 
 def picture(rng: Generator, size: float = 1.0) -> Material:
@@ -77,8 +84,9 @@ def bottle(rng: Generator) -> Group:
     return [lathe(shape, glass, 0.04, 24), band]
 
 
-def vase(rng: Generator, height: float = 0.3, plant: bool = True) -> Group:
+def vase(rng: Generator, height: float = 0.0, plant: bool = True) -> Group:
     """Return a thrown vase of a random profile, with flowers in it."""
+    height = height or float(rng.uniform(0.14, 0.24))
     s = np.linspace(0, 1, 14)
     waist = 0.16 + 0.16 * np.sin(np.pi * s ** rng.uniform(0.6, 1.5)) + 0.04 * np.sin(2 * np.pi * s + rng.uniform(0, 6))
     radius = waist * height * rng.uniform(0.8, 1.15)
@@ -90,7 +98,7 @@ def vase(rng: Generator, height: float = 0.3, plant: bool = True) -> Group:
     group = [lathe(profile, material, 0.03, 28)]
     if plant:
         flower = color(rng, 0.5, 0.9) if rng.random() < 0.7 else None
-        group += moved(bouquet(height * 0.7, height * 1.1, int(rng.integers(7, 13)), rng, flower), 0, 0, height * 0.75)
+        group += moved(bouquet(height * 0.7, height * 1.2, int(rng.integers(8, 14)), rng, flower), 0, 0, height * 0.75)
     return group
 
 
@@ -305,7 +313,9 @@ def arranged(
     group: Group = []
     taken: list[tuple[float, float, float]] = []
     for k in range(count):
-        thing = turned(things[int(rng.integers(len(things)))](rng), rng.uniform(0, 2 * np.pi))
+        if k % len(things) == 0:
+            order = rng.permutation(len(things))
+        thing = turned(things[order[k % len(things)]](rng), rng.uniform(0, 2 * np.pi))
         reach = foot(thing)
         for _ in range(40):
             r, angle = radius * np.sqrt(rng.random()) * (0.4 if k == 0 else 1.0), rng.uniform(0, 2 * np.pi)

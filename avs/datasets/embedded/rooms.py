@@ -10,7 +10,7 @@ import numpy as np
 from avs.datasets.embedded.buildings import Opening, casement, wall
 from avs.datasets.embedded.lighting import Window
 from avs.datasets.embedded.model import Group, Material, Mesh, moved, rotation_about, turned
-from avs.datasets.embedded.props import CLOTH, color
+from avs.datasets.embedded.props import CLOTH, color, paint
 from avs.datasets.embedded.shapes import box, quad, surface
 
 Generator = np.random.Generator
@@ -93,9 +93,7 @@ def shell(room: Room, rng: Generator) -> Group:
     tone = rng.uniform(0.6, 1.2)
     floor = Material(name, size, (tone, tone, tone), roughness, relief=0.001)
     paper = ("plaster", "wallpaper", "plaster", "wallpaper", "weave")[int(rng.integers(5))]
-    face = Material(
-        paper, {"plaster": 2.5, "wallpaper": 0.9, "weave": 1.0}[paper], color(rng, 0.9, 1.3), 0.9, relief=0.001
-    )
+    face = Material(paper, {"plaster": 2.5, "wallpaper": 0.9, "weave": 1.0}[paper], paint(rng), 0.9, relief=0.001)
     white = Material("plaster", 3.0, (1.25, 1.25, 1.25), 0.9)
     trim = Material("wood", 0.8, (1.5, 2.4, 4.2) if rng.random() < 0.6 else (0.7, 0.7, 0.7), 0.4)
     width, depth = room.x1 - room.x0, room.y1 - room.y0

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from avs.datasets.embedded.atlas import Atlas
-from avs.datasets.embedded.lighting import OFFSET, BakedLight, Lighting, bake, sun_directions
+from avs.datasets.embedded.baking import bake
+from avs.datasets.embedded.lighting import OFFSET, Lighting, lamp_directions, sun_directions
 from avs.datasets.embedded.model import Array, Model, unit
 from avs.datasets.embedded.raycast import Caster, Hits
 from avs.datasets.embedded.settings import EmbeddedSettings
@@ -40,16 +40,14 @@ class Shader:
         self._face, self._tangent, self._bitangent = _triangle_frames(model)
         self._open_sky = float(lighting.sky.panorama[:64].mean())
 
-    def radiance(
-        self, origins: Array, directions: Array, footprint: float, rng: np.random.Generator
-    ) -> tuple[Array, Hits]:
+    def radiance(self, origins: Array, directions: Array, footprint: float, draws: Array) -> tuple[Array, Hits]:
         """Return the radiance ``[n, 3]`` along unit ``directions`` from ``origins`` ``[n, 3]``, and the intersections.
 
         Args:
             origins: starts of the rays.
             directions: of unit length.
             footprint: angle in radians that one ray stands for.
-            rng: draws points on sun and lamps, and the rounding of the level of detail.
+            draws: ``[n, 3]`` random numbers in 0..1: two for points on sun and lamps, one for the level of detail.
         """
         hits = self.caster.nearest(origins, directions)
         color = np.empty_like(directions)
@@ -59,12 +57,10 @@ class Shader:
             color[missed] = self.lighting.sky(directions[missed])
         if len(found):
             part = Hits(hits.distance[found], hits.triangle[found], hits.weights[found])
-            color[found] = self._shade(origins[found], directions[found], part, footprint, rng)
+            color[found] = self._shade(origins[found], directions[found], part, footprint, draws[found])
         return color, hits
 
-    def _shade(
-        self, origins: Array, directions: Array, hits: Hits, footprint: float, rng: np.random.Generator
-    ) -> Array:
+    def _shade(self, origins: Array, directions: Array, hits: Hits, footprint: float, draws: Array) -> Array:
         material = self.model.triangle_material[hits.triangle]
         size, roughness, reflectance, relief, translucency = self._numbers[material].T
         corners = self.model.triangles[hits.triangle]
@@ -77,7 +73,7 @@ class Shader:
         surface = self.atlas.lookup(
             self._layer[material],
             fields[:, 3:5] / size[:, None],
-            level + rng.random(len(level), dtype=np.float32) - 0.5,
+            level + draws[:, 2] - 0.5,
         )
         normal = unit(fields[:, :3]) * side[:, None]
         slope = surface.slope * relief[:, None]
@@ -88,7 +84,7 @@ class Shader:
         ambient = fields[:, 8:11]
         point = origins + directions * hits.distance[:, None] + OFFSET * side[:, None] * self._face[hits.triangle]
         shine = reflectance * surface.gloss
-        diffuse, highlight = self._direct(point, normal, directions, roughness, translucency, rng)
+        diffuse, highlight = self._direct(point, normal, directions, roughness, translucency, draws)
         cosine = np.clip(-np.einsum("ij,ij->i", directions, normal), 0.02, 1)
         fresnel = (shine + np.maximum(surface.gloss - roughness, 0) * (1 - shine) * (1 - cosine) ** 5)[:, None]
         mirrored = self._mirrored(point, normal, directions, roughness, ambient)
@@ -107,30 +103,21 @@ class Shader:
         directions: Array,
         roughness: Array,
         translucency: Array,
-        rng: np.random.Generator,
+        draws: Array,
     ) -> tuple[Array, Array]:
         """Return the diffuse light and the strength of the highlight, both ``[n, 3]``, of sun and lamps."""
         diffuse, highlight = np.zeros_like(point), np.zeros_like(point)
-        lights: list[tuple[Array, Array, float, npt.NDArray[np.intp]]] = []
-        everything = np.arange(len(point))
+        lights: list[tuple[Array, Array, float]] = []
         if self.lighting.sun is not None:
-            toward = sun_directions(self.lighting.sun, rng.random(len(point)), rng.random(len(point)))
+            toward = sun_directions(self.lighting.sun, draws)
             power = np.broadcast_to(np.asarray(self.lighting.sun.radiance, np.float32), point.shape)
-            lights.append((toward, power, np.inf, everything))
-        if self.lighting.lamps:
-            # Neighbouring samples take lamps in turn, so that the samples of a pixel share them evenly.
-            count = len(self.lighting.lamps)
-            chosen = (everything + rng.integers(count)) % count
-            place = np.array([lamp.position for lamp in self.lighting.lamps], np.float32)[chosen]
-            radius = np.array([lamp.radius for lamp in self.lighting.lamps], np.float32)[chosen]
-            way = place + radius[:, None] * unit(rng.standard_normal(point.shape, dtype=np.float32)) - point
-            square = np.maximum(np.einsum("ij,ij->i", way, way), 1e-3)
-            power = (
-                np.array([lamp.intensity for lamp in self.lighting.lamps], np.float32)[chosen]
-                * (count / square)[:, None]
-            )
-            lights.append((way, power, 0.999, everything))
-        for way, power, far, _ in lights:
+            lights.append((toward, power, np.inf))
+        for lamp in self.lighting.lamps:
+            if lamp.sharp:
+                way = lamp_directions(lamp, point, draws)
+                square = np.maximum(np.einsum("ij,ij->i", way, way), 1e-3)
+                lights.append((way, np.asarray(lamp.intensity, np.float32) / square[:, None], 0.999))
+        for way, power, far in lights:
             toward = way if np.isinf(far) else unit(way)
             cosine = np.einsum("ij,ij->i", toward, normal)
             weight = np.where(cosine > 0, cosine, -cosine * translucency)

@@ -14,6 +14,9 @@ from avs.datasets.embedded.model import Array, Material, Mesh, unit
 
 Floats = npt.NDArray[np.floating]
 
+GRAINED = ("wood", "planks", "metal")
+"""Textures whose grain runs along their first coordinate."""
+
 
 def _grid_triangles(rows: int, columns: int) -> npt.NDArray[np.int32]:
     """Return the triangles of a grid of rows x columns vertices, numbered row by row."""
@@ -88,7 +91,7 @@ def box(size: Sequence[float], material: Material, cell: float = 0.25, bevel: fl
     parts = []
     for axis in range(3):
         for sign in (-1.0, 1.0):
-            parts.append(_box_side(half, radius, cell, axis, sign))
+            parts.append(_box_side(half, radius, cell, axis, sign, material.texture in GRAINED))
     starts = np.cumsum([0] + [len(part[0]) for part in parts])
     vertices = np.concatenate([part[0] for part in parts]) + np.array([0, 0, half[2]])
     return Mesh(
@@ -101,7 +104,7 @@ def box(size: Sequence[float], material: Material, cell: float = 0.25, bevel: fl
 
 
 def _box_side(
-    half: Floats, radius: float, cell: float, axis: int, sign: float
+    half: Floats, radius: float, cell: float, axis: int, sign: float, along_grain: bool
 ) -> tuple[Floats, Floats, Floats, npt.NDArray[np.int32]]:
     # The two axes along the side, ordered so that their cross product points outwards.
     first, second = ((axis + 1) % 3, (axis + 2) % 3) if sign > 0 else ((axis + 2) % 3, (axis + 1) % 3)
@@ -118,8 +121,11 @@ def _box_side(
     core = np.clip(points, radius - half, half - radius)
     normals = points - core
     rounded = core + radius * normals / np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-12)
-    # Texture: horizontal direction along u, vertical (z) along -v, so that bricks and books stand upright.
+    # Texture: horizontal direction along u, vertical (z) along -v, so that bricks and books stand upright; but grain
+    # runs along the longest edge.
     u, v = (first, second) if second == 2 or axis == 2 else (second, first)
+    if along_grain and half[v] > half[u]:
+        u, v = v, u
     coordinates = np.stack([points[..., u], -points[..., v]], -1)
     return (
         rounded.reshape(-1, 3),
@@ -168,6 +174,8 @@ def lathe(
         else (angle * radius, -length)
     )
     coordinates = np.stack(np.broadcast_arrays(u[None, :], v[:, None]), -1)
+    if material.texture in GRAINED and not picture:
+        coordinates = coordinates[..., ::-1]
     return surface(points, coordinates, material, normals)
 
 

@@ -1,0 +1,202 @@
+"""The light that surfaces receive and pass on, gathered once per vertex.
+
+Each site casts rays over its hemisphere; what they meet passes light on in the next round (Goral et al. 1984, by rays).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import coo_matrix
+
+from avs.datasets.embedded.lighting import OFFSET, Lighting, Sky, frame, lamp_directions, sun_directions
+from avs.datasets.embedded.model import Array, Model
+from avs.datasets.embedded.raycast import Caster, Hits
+
+
+@dataclass(frozen=True)
+class BakedLight:
+    """Light at the vertices of a model.
+
+    Attributes:
+        ambient: ``[v, 3]`` from the sky and from other surfaces, without direct sun and lamps.
+        total: ``[v, 3]`` with them.
+    """
+
+    ambient: Array
+    total: Array
+
+
+def bake(
+    model: Model, caster: Caster, lighting: Lighting, albedo: Array, rays: int, bounces: int, seed: int
+) -> BakedLight:
+    """Gather the light at each vertex: directly, and over ``bounces`` reflections.
+
+    Args:
+        model: the scene.
+        caster: of the same triangles.
+        lighting: its light.
+        albedo: ``[materials, 3]`` mean reflectance of each material.
+        rays: number of directions over the hemisphere of each site.
+        bounces: number of reflections; each reuses the same rays.
+        seed: of the directions.
+    """
+    rng = np.random.default_rng([seed, 1])
+    first = np.unique(model.site, return_index=True)[1]
+    position, normal = model.vertices[first], model.normals[first]
+    origin = position + OFFSET * normal
+    direct = _direct(origin, normal, caster, lighting, True, rng)
+    outside = np.ones(len(first), bool)
+    sky = _direct(origin, normal, caster, lighting, False, rng)
+    if lighting.interior is not None:
+        x0, y0, x1, y1 = lighting.interior
+        outside = (position[:, 0] < x0) | (position[:, 0] > x1) | (position[:, 1] < y0) | (position[:, 1] > y1)
+        rooms = np.flatnonzero(~outside)
+        sky[rooms] += _through_windows(origin[rooms], normal[rooms], caster, lighting, rng)
+    gatherings = [
+        _gather(rows, count, origin, normal, caster, rng) for rows, count in _shares(model, first, rays) if len(rows)
+    ]
+    for part in gatherings:
+        sky[part.sites] += part.mean(part.open_sky(lighting.sky)) * outside[part.sites, None]
+    ambient = sky
+    for _ in range(bounces):
+        light = (ambient + direct)[model.site] * model.shade
+        ambient = sky.copy()
+        for part in gatherings:
+            ambient[part.sites] += part.mean(_reflected(model, part, albedo, light))
+    at_vertices = _smooth(model, ambient[model.site])
+    return BakedLight(at_vertices, at_vertices + direct[model.site])
+
+
+@dataclass(frozen=True)
+class _Gathering:
+    """The rays of some sites: ``sites`` ``[s]``, ``directions`` ``[s * rays, 3]``, site by site, and what they meet."""
+
+    sites: npt.NDArray[np.int64]
+    directions: Array
+    hits: Hits
+
+    def mean(self, radiance: Array) -> Array:
+        """Return the mean over each site's rays."""
+        return np.asarray(radiance.reshape(len(self.sites), -1, 3).mean(axis=1))
+
+    def open_sky(self, sky: Sky) -> Array:
+        """Return the sky's radiance where a ray leaves the scene, else 0."""
+        radiance = np.zeros_like(self.directions)
+        missed = np.flatnonzero(self.hits.triangle < 0)
+        radiance[missed] = sky(self.directions[missed], smooth=False)
+        return radiance
+
+
+def _shares(model: Model, first: npt.NDArray[np.int64], rays: int) -> list[tuple[npt.NDArray[np.int64], int]]:
+    """Split the sites: leaves get a quarter of the rays, since nobody sees the grain on a leaf, and they are many."""
+    leafy = np.array([m.translucency > 0 or m.texture == "foliage" for m in model.materials])
+    material = np.zeros(len(model.vertices), np.int64)
+    material[model.triangles] = model.triangle_material[:, None]
+    rough = leafy[material[first]]
+    return [(np.flatnonzero(~rough), rays), (np.flatnonzero(rough), max(rays // 4, 4))]
+
+
+def _gather(
+    rows: npt.NDArray[np.int64], rays: int, origin: Array, normal: Array, caster: Caster, rng: np.random.Generator
+) -> _Gathering:
+    directions = _hemispheres(normal[rows], rays, rng).reshape(-1, 3)
+    return _Gathering(rows, directions, caster.nearest(np.repeat(origin[rows], rays, axis=0), directions))
+
+
+def _hemispheres(normal: Array, rays: int, rng: np.random.Generator) -> Array:
+    """Return cosine-distributed directions ``[n, rays, 3]``: one golden spiral, turned by chance at each site."""
+    k = np.arange(rays) + 0.5
+    radius, angle = np.sqrt(k / rays), k * (np.pi * (3 - np.sqrt(5)))
+    turn = rng.uniform(0, 2 * np.pi, (len(normal), 1))
+    x, y = (radius * np.cos(angle + turn)).astype(np.float32), (radius * np.sin(angle + turn)).astype(np.float32)
+    z = np.sqrt(1 - k / rays).astype(np.float32)
+    tangent, bitangent = frame(normal)
+    return x[..., None] * tangent[:, None] + y[..., None] * bitangent[:, None] + z[:, None] * normal[:, None]
+
+
+def _direct(
+    origin: Array, normal: Array, caster: Caster, lighting: Lighting, sharp: bool, rng: np.random.Generator
+) -> Array:
+    """Return the mean light ``[n, 3]`` of sun and ``sharp`` lamps, or of the other lamps, over four shadow rays each."""
+    total = np.zeros_like(origin)
+    samples = 4
+    lamps = [lamp for lamp in lighting.lamps if lamp.sharp == sharp]
+    for _ in range(samples):
+        draws = rng.random((len(origin), 2), dtype=np.float32)
+        if lighting.sun is not None and sharp:
+            toward = sun_directions(lighting.sun, draws)
+            cosine = np.einsum("ij,ij->i", toward, normal)
+            lit = np.flatnonzero(cosine > 0)
+            lit = lit[~caster.blocked(origin[lit], toward[lit])]
+            total[lit] += cosine[lit, None] * np.asarray(lighting.sun.radiance, np.float32)
+        for lamp in lamps:
+            way = lamp_directions(lamp, origin, draws)
+            square = np.maximum(np.einsum("ij,ij->i", way, way), 1e-4)
+            weight = np.einsum("ij,ij->i", way, normal) / square**1.5
+            lit = np.flatnonzero(weight * max(lamp.intensity) > 2e-3)
+            lit = lit[~caster.blocked(origin[lit], way[lit], 0.999)]
+            total[lit] += weight[lit, None] * np.asarray(lamp.intensity, np.float32)
+    return total / samples
+
+
+def _through_windows(
+    origin: Array, normal: Array, caster: Caster, lighting: Lighting, rng: np.random.Generator
+) -> Array:
+    """Return the sky's light ``[n, 3]`` through the windows: 3 x 3 stratified points on each, with shadow rays."""
+    total = np.zeros_like(origin)
+    side = 3
+    for window in lighting.windows:
+        corner, right, up = (np.asarray(v, np.float32) for v in (window.corner, window.right, window.up))
+        inward = np.cross(right, up)
+        area = float(np.linalg.norm(inward))
+        inward = inward / area
+        way = corner + (right + up) / 2 - origin
+        distance = np.linalg.norm(way, axis=1)
+        front = (np.einsum("ij,ij->i", way, normal) > -float(np.linalg.norm(right + up)) / 2) & (way @ inward < 0)
+        # A window that covers less than 0.1 % of the hemisphere is not worth its rays.
+        near = np.flatnonzero(front & (np.abs(way @ inward) * area / np.pi > 1e-3 * distance**3))
+        for i, j in np.ndindex(side, side):
+            s, t = ((np.array([[i], [j]]) + rng.random((2, len(near)))) / side).astype(np.float32)
+            way = corner + s[:, None] * right + t[:, None] * up - origin[near]
+            square = np.maximum(np.einsum("ij,ij->i", way, way), 0.01)
+            direction = way / np.sqrt(square)[:, None]
+            weight = np.einsum("ij,ij->i", direction, normal[near]) * np.maximum(-direction @ inward, 0) / square
+            seen = np.flatnonzero(weight > 1e-5)
+            if len(seen):
+                seen = seen[~caster.blocked(origin[near][seen], way[seen], 1.0)]
+                light = lighting.sky(direction[seen]) * (weight[seen] * area / np.pi / side**2)[:, None]
+                total[near[seen]] += light.astype(np.float32)
+    return total
+
+
+def _reflected(model: Model, part: _Gathering, albedo: Array, light: Array) -> Array:
+    """Return the radiance ``[n, 3]`` that each ray meets, under ``light`` ``[v, 3]`` times the reflectance's shade."""
+    radiance = np.zeros_like(part.directions)
+    found = np.flatnonzero(part.hits.triangle >= 0)
+    triangle = part.hits.triangle[found]
+    corners, weights = model.triangles[triangle], part.hits.weights[found]
+    material = model.triangle_material[triangle]
+    arriving = sum(weights[:, k, None] * light[corners[:, k]] for k in range(3)) * albedo[material]
+    emission = np.array([m.emission for m in model.materials], np.float32)[material]
+    through = np.array([m.translucency > 0 for m in model.materials])[material]
+    # The inside of a solid is dark: a vertex that lies within another object must not glow.
+    front = np.einsum("ij,ij->i", part.directions[found], model.normals[corners[:, 0]]) < 0
+    radiance[found] = (arriving + emission) * (front | through)[:, None]
+    return radiance
+
+
+def _smooth(model: Model, values: Array) -> Array:
+    """Return vertex ``values`` averaged with their neighbours', twice: it takes the grain of the few rays away."""
+    t = model.triangles
+    pairs = np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]]])
+    pairs = np.concatenate([pairs, pairs[:, ::-1]])
+    count = len(values)
+    adjacency = coo_matrix((np.ones(len(pairs), np.float32), (pairs[:, 0], pairs[:, 1])), (count, count)).tocsr()
+    adjacency.data[:] = 1
+    degree = np.maximum(np.asarray(adjacency.sum(axis=1)), 1).astype(np.float32)
+    for _ in range(2):
+        values = 0.5 * values + 0.5 * (adjacency @ values) / degree
+    return np.asarray(values, np.float32)
