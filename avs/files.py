@@ -55,26 +55,30 @@ def atomic_path(target: Path | str) -> Iterator[Path]:
 def atomic_folder(target: Path | str) -> Iterator[Path]:
     """Yield an empty temporary folder beside ``target``; on success rename it to ``target``, replacing what was there.
 
-    Between the removal of an old folder and the rename there is an instant without ``target``; it never holds a
+    Two folders cannot be exchanged in one step: for an instant there is no ``target``, but it never holds a part or a
     mixture. On any error the temporary folder is removed and ``target`` is left as it was.
     """
     target = Path(target)
     temporary = target.with_name(f".{target.name}-{secrets.token_hex(6)}")
+    old = temporary.with_name(f"{temporary.name}-old")
     try:
         temporary.mkdir(parents=True)
         yield temporary
         for path in temporary.rglob("*"):
             _flush(path)
         _flush(temporary)
-        if target.is_dir() and not target.is_symlink():
-            shutil.rmtree(target)
+        if target.is_dir():
+            os.replace(target, old)
         os.replace(temporary, target)
         _flush(target.parent)
     except OSError as error:
         _rename_in(error, temporary, target)
         raise
     finally:
-        shutil.rmtree(temporary, ignore_errors=True)
+        if old.is_dir() and not target.exists():
+            os.replace(old, target)
+        for folder in (temporary, old):
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 def write_text(target: Path | str, text: str) -> None:

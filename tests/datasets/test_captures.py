@@ -1,8 +1,6 @@
-"""Captures become scenes: geometry, sizes, names, split; and every fault is one line."""
+"""Captures become scenes: geometry, sizes, names, split."""
 
-import re
 import shutil
-import struct
 
 import numpy as np
 import pycolmap
@@ -12,8 +10,6 @@ from PIL import Image
 
 from avs.datasets.captures import list_captures, prepare
 from avs.datasets.settings import CaptureSettings
-from avs.errors import UserError
-from avs.files import explained
 from avs.scene import read_scene
 from tests import tolerances
 
@@ -160,165 +156,6 @@ def test_exif_orientation_is_dropped_where_the_camera_has_the_stored_size(tmp_pa
     assert stored.getexif().get(0x0112, 1) == 1  # another program would turn it
 
 
-def overwrite(name, offset, layout, value):
-    def apply(capture):
-        path = capture / "sparse" / "0" / name
-        content = bytearray(path.read_bytes())
-        struct.pack_into(layout, content, offset, value)
-        path.write_bytes(content)
-
-    return apply
-
-
-def cut(name, share):
-    def apply(capture):
-        path = capture / name
-        content = path.read_bytes()
-        path.write_bytes(content[: int(len(content) * share)])
-
-    return apply
-
-
-def edit(name, old, new):
-    def apply(capture):
-        path = capture / "sparse" / "0" / name
-        text = path.read_text()
-        assert old in text
-        path.write_text(text.replace(old, new))
-
-    return apply
-
-
-def empty_sparse(capture):
-    shutil.rmtree(capture / "sparse" / "0")
-
-
-# A camera's record in cameras.bin: number of cameras, identifier, model, width, height, parameters.
-MODEL, FIRST_PARAMETER = 8 + 4, 8 + 4 + 4 + 16
-QUATERNION, CAMERA_OF_IMAGE = 8 + 4, 8 + 4 + 56
-FAULTS = {
-    "truncated image": (cut("images/image 3.png", 0.7), r"image 3\.png: the image is damaged or cut off"),
-    "empty image": (cut("images/image 3.png", 0), r"image 3\.png: the image is damaged or cut off"),
-    "missing image": (
-        lambda capture: (capture / "images" / "image 3.png").unlink(),
-        r"image 3\.png: the image is missing, but the model names it; restore the file",
-    ),
-    "other image": (
-        lambda capture: Image.new("RGB", (50, 50)).save(capture / "images" / "image 3.png"),
-        r"image 3\.png: the image is 50 x 50 pixels, its camera 160 x 120; use the images",
-    ),
-    "16-bit image": (
-        lambda capture: Image.new("I;16", SIZE).save(capture / "images" / "image 3.png"),
-        r"image 3\.png: the image has more than 8 bits per channel \(mode I;16\); convert it",
-    ),
-    "folder as image": (
-        lambda capture: (capture / "images" / "image 3.png").unlink() or (capture / "images" / "image 3.png").mkdir(),
-        r"image 3\.png: is a directory; check the path",
-    ),
-    "empty sparse": (empty_sparse, r"sparse/0: there is no such folder; put cameras, images and points3D there"),
-    "empty sparse/0": (
-        lambda capture: [path.unlink() for path in (capture / "sparse" / "0").iterdir()],
-        r"sparse/0: holds no COLMAP model; put cameras, images and points3D there",
-    ),
-    "half a model": (
-        lambda capture: (capture / "sparse" / "0" / "images.bin").unlink(),
-        r"images\.bin: is missing; copy the whole folder",
-    ),
-    "NaN focal length": (
-        overwrite("cameras.bin", FIRST_PARAMETER, "<d", float("nan")),
-        r"cameras\.bin: camera 1 has a parameter that is not finite",
-    ),
-    "zero focal length": (
-        overwrite("cameras.bin", FIRST_PARAMETER, "<d", 0.0),
-        r"cameras\.bin: camera 1 .*focal length that is not positive",
-    ),
-    "NaN pose": (overwrite("images.bin", QUATERNION, "<d", float("nan")), r"images\.bin: the pose of image image \d"),
-    "unknown model": (
-        overwrite("cameras.bin", MODEL, "<i", 99),
-        r"cameras\.bin: camera 1 has the unknown camera model 99; write the model",
-    ),
-    "panorama": (overwrite("cameras.bin", MODEL, "<i", 17), r"cameras\.bin: is damaged"),
-    "unknown camera": (
-        overwrite("images.bin", CAMERA_OF_IMAGE, "<I", 7),
-        r"images\.bin: image image \d\.png names camera 7, which does not exist",
-    ),
-    "huge count": (overwrite("images.bin", 0, "<Q", 2**60), r"images\.bin: is damaged or cut off: it ends at byte"),
-    "no image": (
-        lambda capture: (capture / "sparse" / "0" / "images.bin").write_bytes(bytes(8)),
-        r"images\.bin: registers no image; run the structure from motion again",
-    ),
-    "trailing bytes": (
-        lambda capture: (capture / "sparse" / "0" / "points3D.bin").open("ab").write(b"xx"),
-        r"points3D\.bin: is damaged: 2 bytes follow the last record",
-    ),
-    "missing points": (
-        lambda capture: (capture / "sparse" / "0" / "points3D.bin").write_bytes(bytes(8)),
-        r"images\.bin: image image \d\.png observes a point that does not exist",
-    ),
-} | {
-    f"{name} cut to {share:.0%}": (cut(f"sparse/0/{name}", share), rf"{name}: is damaged or cut off: it ends at byte")
-    for name in ("cameras.bin", "images.bin", "points3D.bin")
-    for share in (0, 0.4, 0.97)
-}
-
-
-@pytest.fixture(scope="module")
-def good_capture(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("good") / "capture"
-    make_capture(folder)
-    return folder
-
-
-def explained_prepare(capture, folder):
-    """Prepare as the command line does it."""
-    with explained():
-        prepare(capture, folder, FULL)
-
-
-def refused(capture, tmp_path):
-    """Prepare and return the line that it fails with."""
-    with pytest.raises(UserError) as caught:
-        explained_prepare(capture, tmp_path / "toy")
-    assert not (tmp_path / "toy").exists()
-    assert [path.name for path in tmp_path.iterdir()] == ["capture"]
-    return str(caught.value)
-
-
-@pytest.mark.parametrize("fault", FAULTS)
-def test_a_fault_is_told_in_one_line_and_leaves_nothing(fault, good_capture, tmp_path):
-    shutil.copytree(good_capture, tmp_path / "capture")
-    damage, message = FAULTS[fault]
-    damage(tmp_path / "capture")
-    line = refused(tmp_path / "capture", tmp_path)
-    assert "\n" not in line
-    assert re.search(message, line)
-
-
-TEXT_FAULTS = {
-    "unknown model": (edit("cameras.txt", "PINHOLE", "FISHBOWL"), r"cameras\.txt: camera 1 has the unknown camera"),
-    "NaN": (edit("cameras.txt", "150", "nan"), r"cameras\.txt: camera 1 has a parameter that is not finite"),
-    "lost parameter": (edit("cameras.txt", " 60", ""), r"cameras\.txt: is damaged: cannot read the line '1 PINHOLE"),
-    "cut": (cut("sparse/0/images.txt", 0.55), r"images\.txt: is damaged"),
-    "words": (edit("points3D.txt", " 200 100 3 ", " 200 x 3 "), r"points3D\.txt: is damaged: cannot read the line"),
-    "leaving the folder": (edit("images.txt", "image 3", "../image 3"), r"image name \.\./image 3\.png leaves"),
-}
-
-
-@pytest.mark.parametrize("fault", TEXT_FAULTS)
-def test_a_fault_of_the_text_form_is_told_in_one_line(fault, tmp_path):
-    make_capture(tmp_path / "capture", text=True)
-    damage, message = TEXT_FAULTS[fault]
-    damage(tmp_path / "capture")
-    line = refused(tmp_path / "capture", tmp_path)
-    assert re.search(message, line)
-
-
-def test_a_panorama_is_refused(tmp_path):
-    make_capture(tmp_path / "capture", text=True)
-    edit("cameras.txt", "PINHOLE 160 120 150 155 81 60", "EQUIRECTANGULAR 160 120 160 120")(tmp_path / "capture")
-    assert "cannot be undistorted; use images of a perspective" in refused(tmp_path / "capture", tmp_path)
-
-
 def test_a_model_without_points_is_noted(tmp_path):
     make_capture(tmp_path / "capture", points=False)
     assert prepared(tmp_path).notes == ("the model has no points",)
@@ -330,17 +167,6 @@ def test_captures_are_found_by_their_folders(tmp_path):
     found = list_captures(tmp_path)
     assert found == {"garden_2": tmp_path / "Garden-2", "my_room": tmp_path / "my room"}
     assert list_captures(tmp_path / "Garden-2") == {"garden_2": tmp_path / "Garden-2"}
-
-
-def test_captures_that_cannot_be_named_are_refused(tmp_path):
-    with pytest.raises(UserError, match="holds no capture"):
-        list_captures(tmp_path)
-    with pytest.raises(UserError, match="no such folder"):
-        list_captures(tmp_path / "absent")
-    for name in ("a b", "a_B"):
-        (tmp_path / name / "images").mkdir(parents=True)
-    with pytest.raises(UserError, match=r"a_B: has the same scene name, a_b, as .*a b; rename"):
-        list_captures(tmp_path)
 
 
 @pytest.mark.parametrize("name", ["fern", "fox", "kitchen", "monstree"])
