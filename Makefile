@@ -24,5 +24,6 @@ lint: .venv/installed
 # The mark is written last, so that an interrupted installation is begun again.
 .venv/installed: environment.txt
 	$(PYTHON) -m venv --clear .venv
-	pip install --quiet --disable-pip-version-check --requirement environment.txt
+	pip install --quiet --disable-pip-version-check --no-deps --requirement environment.txt
+	pip install --quiet --disable-pip-version-check --requirement <(grep '^torch==' environment.txt)
 	touch $@

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from avs.errors import UserError
+from avs.files import explained
 
 _PR_SET_PDEATHSIG = 1
 
@@ -64,9 +65,10 @@ def job(log: Path | None) -> Iterator[Console]:
             os.dup2(stream.fileno(), 2)
     console = Console(terminal)
     try:
-        yield console
-    except (UserError, OSError) as error:
-        line = f"error: {_one_line(error)}"
+        with explained():
+            yield console
+    except UserError as error:
+        line = f"error: {' '.join(str(error).split())}"
         print(line, file=sys.stderr, flush=True)
         console.close()
         if log is not None:
@@ -75,12 +77,3 @@ def job(log: Path | None) -> Iterator[Console]:
     finally:
         console.close()
         sys.stdout.flush()
-
-
-def _one_line(error: Exception) -> str:
-    """Return the fault as one line; for an error of the operating system, with the file and what to do."""
-    if isinstance(error, OSError) and not isinstance(error, UserError):
-        path = error.filename or "a file"
-        remedy = "free some space and run again" if error.errno == 28 else "check the path and its permissions"
-        return f"{path}: {error.strerror or error}; {remedy}"
-    return " ".join(str(error).split())

@@ -14,7 +14,7 @@ from avs.representations.gaussians.splats import GaussianSplats
 def compile_kernels() -> None:
     """Fit, render and differentiate a handful of Gaussians once; numba keeps what it compiles on disk."""
     generator = np.random.default_rng(0)
-    positions = generator.normal(size=(16, 3)) + [0.0, 0.0, 5.0]
+    positions = generator.normal(size=(16, 3)) + np.array([0.0, 0.0, 5.0])
     cloud = PointCloud(positions, np.full((16, 3), 0.5))
     cameras = Cameras(
         np.eye(4)[None], np.array([[[32.0, 0.0, 16.0], [0.0, 32.0, 16.0], [0.0, 0.0, 1.0]]]), np.array([[32, 32]])
