@@ -12,7 +12,7 @@ from torch import Tensor
 from avs.cameras import Cameras
 from avs.errors import UserError
 from avs.representations.gaussians.fisher import fisher_diagonal
-from avs.representations.gaussians.parameters import Parameters, activated
+from avs.representations.gaussians.parameters import Parameters
 
 EXPONENTS = {"once": 1, "squared": 2}
 """Power of the derivative of an activation, by chain.
@@ -43,27 +43,23 @@ def parameter_fisher(
     """
     if chain not in EXPONENTS:
         raise UserError(f"chain {chain!r}", "is not known", f"choose one of {', '.join(EXPONENTS)}")
-    with torch.no_grad():
-        arguments = {name: values.detach().cpu() for name, values in activated(parameters).items()}
-    harmonics = arguments.pop("colors")
-    scale, opacity = arguments["scales"], arguments["opacities"]
-    factors = (scale ** EXPONENTS[chain], (opacity * (1 - opacity)) ** EXPONENTS[chain])
+    values = {name: parameter.detach().cpu() for name, parameter in parameters.items()}
+    values["scales"], values["opacities"] = values["scales"].exp(), values["opacities"].sigmoid()
     behind = torch.tensor(background, dtype=torch.float32)
-    return (_columns(arguments, harmonics, cameras[index], sh_degree, behind, factors) for index in range(len(cameras)))
+    return (_columns(values, cameras[index], sh_degree, behind, EXPONENTS[chain]) for index in range(len(cameras)))
 
 
 def _columns(
-    arguments: dict[str, Tensor],
-    harmonics: Tensor,
-    camera: Cameras,
-    sh_degree: int,
-    background: Tensor,
-    factors: tuple[Tensor, Tensor],
+    values: dict[str, Tensor], camera: Cameras, sh_degree: int, background: Tensor, exponent: int
 ) -> npt.NDArray[np.float32]:
+    """Return one camera's array; ``values`` are after activation."""
     width, height = (int(side) for side in camera.sizes[0])
     diagonal = fisher_diagonal(
-        **arguments,
-        sh_coefficients=harmonics,
+        means=values["means"],
+        quats=values["quats"],
+        scales=values["scales"],
+        opacities=values["opacities"],
+        sh_coefficients=values["sh"],
         viewmat=torch.tensor(camera.world_to_camera[0], dtype=torch.float32),
         intrinsics=torch.tensor(camera.intrinsics[0], dtype=torch.float32),
         width=width,
@@ -71,11 +67,7 @@ def _columns(
         sh_degree=sh_degree,
         background=background,
     )
-    parts = [
-        diagonal.means,
-        diagonal.sh.flatten(1),
-        diagonal.scales * factors[0],
-        (diagonal.opacities * factors[1])[:, None],
-    ]
-    columns: npt.NDArray[np.float32] = torch.cat(parts, dim=1).numpy()
-    return columns
+    by_scale = diagonal.scales * values["scales"] ** exponent
+    by_opacity = diagonal.opacities * (values["opacities"] * (1 - values["opacities"])) ** exponent
+    columns = torch.cat([diagonal.means, diagonal.sh.flatten(1), by_scale, by_opacity[:, None]], dim=1)
+    return np.asarray(columns.numpy())

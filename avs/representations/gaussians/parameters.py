@@ -1,4 +1,4 @@
-"""The trainable tensors of a set of Gaussians, and their activations."""
+"""The trainable tensors of a set of Gaussians."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import torch
-from torch import Tensor
 from torch.nn import Parameter
 
 from avs.representations.gaussians.initialization import SH_DEGREE_0, PointCloud, initial_scales
@@ -38,14 +37,3 @@ def create_parameters(cloud: PointCloud, opacity: float, sh_degree: int, device:
         "sh": harmonics,
     }
     return {name: Parameter(torch.tensor(values[name], dtype=torch.float32, device=device)) for name in NAMES}
-
-
-def activated(parameters: Parameters) -> dict[str, Tensor]:
-    """Return the arguments of ``rasterization`` that describe the Gaussians; it normalises quaternions itself."""
-    return {
-        "means": parameters["means"],
-        "quats": parameters["quats"],
-        "scales": parameters["scales"].exp(),
-        "opacities": parameters["opacities"].sigmoid(),
-        "colors": parameters["sh"],
-    }

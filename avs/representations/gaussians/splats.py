@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +20,7 @@ from avs.representations.gaussians.information import parameter_fisher
 from avs.representations.gaussians.initialization import PointCloud, initial_points
 from avs.representations.gaussians.losses import Target, photometric_loss, prepare_target
 from avs.representations.gaussians.optimization import active_degree, create_optimizers, follow_schedules
-from avs.representations.gaussians.parameters import NAMES, Parameters, activated, create_parameters
+from avs.representations.gaussians.parameters import NAMES, Parameters, create_parameters
 from avs.representations.gaussians.rasterization import rasterization
 from avs.representations.gaussians.settings import GaussianSettings
 from avs.scene import Scene
@@ -108,7 +108,7 @@ class GaussianSplats:
                 self._queue = [int(index) for index in self._generator.permutation(len(views))]
             index = self._queue.pop()
             self._step(self._targets[index][1], views.cameras[index])
-            if self.iteration % CHECK_EVERY == 0:
+            if self.iteration % CHECK_EVERY == 0 or not self.primitives:
                 self._check()
         self._check()
 
@@ -200,10 +200,16 @@ class GaussianSplats:
         self._density.after_backward(self.parameters, self._optimizers, step, meta, self._generator)
         self.iteration = step
 
-    def _rasterize(self, cameras: Cameras, degree: int, mode: str) -> tuple[Tensor, Tensor, dict[str, Any]]:
+    def _rasterize(
+        self, cameras: Cameras, degree: int, mode: Literal["RGB", "RGB+ED"]
+    ) -> tuple[Tensor, Tensor, dict[str, Any]]:
         width, height = (int(side) for side in cameras.sizes[0])
-        rendered: tuple[Tensor, Tensor, dict[str, Any]] = rasterization(
-            **activated(self.parameters),
+        return rasterization(
+            means=self.parameters["means"],
+            quats=self.parameters["quats"],
+            scales=self.parameters["scales"].exp(),
+            opacities=self.parameters["opacities"].sigmoid(),
+            colors=self.parameters["sh"],
             viewmats=torch.tensor(cameras.world_to_camera, dtype=torch.float32, device=self._device),
             Ks=torch.tensor(cameras.intrinsics, dtype=torch.float32, device=self._device),
             width=width,
@@ -214,7 +220,6 @@ class GaussianSplats:
             backgrounds=self._background.expand(len(cameras), -1),
             render_mode=mode,
         )
-        return rendered
 
     def _check(self) -> None:
         broken = [name for name, values in self.parameters.items() if not bool(torch.isfinite(values).all())]
