@@ -28,3 +28,10 @@ def make_scene(pattern: str, seed: int, settings: EmbeddedSettings, folder: Path
     from avs.datasets.embedded.capture import write_capture
 
     write_capture(pattern, seed, settings, folder)
+
+
+def make_apartment(seed: int, folder: Path, settings: EmbeddedSettings | None = None) -> None:
+    """Write the flat that ``seed`` draws to ``folder``: ``mesh.ply`` with coloured vertices, and ``apartment.json``."""
+    from avs.datasets.embedded.apartment import write_apartment
+
+    write_apartment(seed, folder, settings or EmbeddedSettings())

@@ -11,11 +11,14 @@ import numpy as np
 import numpy.typing as npt
 
 from avs.cameras import Cameras, IndexArray
-from avs.datasets.embedded import indoor, outdoor, trajectories
+from avs.datasets.embedded import house, indoor, outdoor, trajectories
+from avs.datasets.embedded.apartment import ply_bytes
+from avs.datasets.embedded.film import develop
+from avs.datasets.embedded.lens import Lens
 from avs.datasets.embedded.model import Array, Model, assemble
 from avs.datasets.embedded.points import sparse_points
 from avs.datasets.embedded.raycast import Caster
-from avs.datasets.embedded.render import Lens, depth, develop, render
+from avs.datasets.embedded.render import depth, meter, render
 from avs.datasets.embedded.settings import EmbeddedSettings
 from avs.datasets.embedded.shading import Shader
 from avs.datasets.embedded.stage import Stage
@@ -46,10 +49,16 @@ def _orbit_stage(seed: int, rng: Generator) -> Stage:
     return indoor.dining_room(rng) if seed % 2 else outdoor.garden(rng)
 
 
+def _handheld_stage(seed: int, rng: Generator) -> Stage:
+    return outdoor.facade(rng) if seed % 2 else outdoor.sculpture_court(rng)
+
+
 PATTERNS: dict[str, Pattern] = {
     "orbit": Pattern(1, _orbit_stage, trajectories.orbit, Lens(1.5, 62)),
-    "handheld": Pattern(
-        3, lambda seed, rng: outdoor.garden(rng), trajectories.handheld, Lens(9 / 16, 65, exposure_jitter=0.12)
+    "walkthrough": Pattern(2, lambda _, rng: house.walk_stage(rng), trajectories.walkthrough, Lens(16 / 9, 72)),
+    "handheld": Pattern(3, _handheld_stage, trajectories.handheld, Lens(9 / 16, 65, exposure_jitter=0.12)),
+    "egocentric": Pattern(
+        4, lambda _, rng: indoor.showroom(rng), trajectories.egocentric, Lens(1.0, 95, 0.55, 0.04, vignette=0.55)
     ),
 }
 
@@ -85,11 +94,19 @@ def build_capture(pattern: str, seed: int, settings: EmbeddedSettings) -> Captur
     shader = Shader(model, stage.lighting, settings, seed)
     poses = kind.path(stage, settings.views, shader.caster, np.random.default_rng([seed, kind.number, 1]))
     cameras = kind.lens.cameras(poses, settings.long_side)
+    exposure = meter(shader, cameras, np.random.default_rng([seed, kind.number, 5]))
     linear = [
-        render(shader, cameras, index, settings.samples_per_axis, np.random.default_rng([seed, kind.number, 2, index]))
+        render(
+            shader,
+            cameras,
+            index,
+            settings.samples_per_axis,
+            exposure,
+            np.random.default_rng([seed, kind.number, 2, index]),
+        )
         for index in range(len(cameras))
     ]
-    images = develop(linear, kind.lens, np.random.default_rng([seed, kind.number, 3]))
+    images = develop(linear, exposure, kind.lens, np.random.default_rng([seed, kind.number, 3]))
     depths = tuple(depth(shader, cameras, index) for index in range(len(cameras)))
     points = sparse_points(
         shader.caster, cameras, images, depths, settings, np.random.default_rng([seed, kind.number, 4])
@@ -109,7 +126,7 @@ def write_capture(pattern: str, seed: int, settings: EmbeddedSettings, folder: P
     capture = build_capture(pattern, seed, settings)
     with tempfile.TemporaryDirectory() as temporary:
         mesh = Path(temporary) / "mesh.ply"
-        mesh.write_bytes(ply_bytes(capture.mesh))
+        mesh.write_bytes(ply_bytes(capture.mesh.vertices, capture.mesh.triangles))
         write_scene(
             folder,
             name=f"{pattern}_{seed}",
@@ -124,15 +141,3 @@ def write_capture(pattern: str, seed: int, settings: EmbeddedSettings, folder: P
             depth=capture.depth,
             mesh=mesh,
         )
-
-
-def ply_bytes(model: Model) -> bytes:
-    """Return the surfaces of ``model`` as a binary PLY file."""
-    header = (
-        "ply\nformat binary_little_endian 1.0\n"
-        f"element vertex {len(model.vertices)}\nproperty float x\nproperty float y\nproperty float z\n"
-        f"element face {len(model.triangles)}\nproperty list uchar int vertex_indices\nend_header\n"
-    )
-    faces = np.zeros(len(model.triangles), [("count", "u1"), ("index", "<i4", 3)])
-    faces["count"], faces["index"] = 3, model.triangles
-    return header.encode() + model.vertices.astype("<f4").tobytes() + faces.tobytes()

@@ -21,8 +21,20 @@ from avs.datasets.embedded.furniture import (
     table,
 )
 from avs.datasets.embedded.model import Group, moved, scaled, turned
-from avs.datasets.embedded.props import arranged, book_stack, candle_stick, carton, potted_plant, vase
+from avs.datasets.embedded.props import (
+    arranged,
+    book,
+    book_stack,
+    candle_stick,
+    carton,
+    fruit,
+    mug,
+    potted_plant,
+    teapot,
+    vase,
+)
 from avs.datasets.embedded.rooms import Room
+from avs.datasets.embedded.sculpture import statue
 
 Generator = np.random.Generator
 
@@ -93,6 +105,25 @@ def centre_group(kind: str, rng: Generator) -> tuple[Group, float]:
         group += moved(arranged(0.3, 5, rng), 0, 0, height + 0.001)
         return group, height
     height = 0.75
+    if kind == "object":
+        group += round_table(0.45, height, rng)
+        objects = (
+            lambda: statue(rng, 0.42),
+            lambda: vase(rng, 0.34),
+            lambda: potted_plant(rng, 0.14),
+            lambda: scaled(teapot(rng), 2.0),
+        )
+        group += moved(
+            turned(objects[int(rng.integers(len(objects)))](), rng.uniform(0, 2 * np.pi)), 0, 0, height + 0.001
+        )
+        for k in range(6):
+            angle = 2 * np.pi * (k + 0.3 * rng.normal()) / 6
+            thing = (mug, fruit, book, carton)[int(rng.integers(4))](rng)
+            group += moved(turned(thing, rng.uniform(0, 6)), 0.34 * np.cos(angle), 0.34 * np.sin(angle), height + 0.001)
+        for k in range(2):
+            angle = rng.uniform(0, 2 * np.pi)
+            group += moved(turned(chair(rng), angle), 0.95 * np.cos(angle), 0.95 * np.sin(angle), 0.013)
+        return group, height
     if rng.random() < 0.5:
         radius = rng.uniform(0.5, 0.65)
         group += round_table(radius, height, rng)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from avs.datasets.embedded.furnishing import centre_group, furnish
@@ -60,6 +62,18 @@ def room_light(rooms: list[Room], lamps: tuple[Lamp, ...], rng: Generator) -> Li
 
 def dining_room(rng: Generator) -> Stage:
     """Return one furnished room around a laid table; walls, furniture, light and table are drawn by ``rng``."""
+    return _room(rng, *centre_group("dining", rng), 1.95)
+
+
+def showroom(rng: Generator) -> Stage:
+    """Return one furnished room around a small table with one large object and a few small ones."""
+    group, top = centre_group("object", rng)
+    stage = _room(rng, group, top, 1.35)
+    return replace(stage, target=(0.0, 0.0, top + 0.18))
+
+
+def _room(rng: Generator, piece: Group, top: float, radius: float) -> Stage:
+    """Return one furnished room around ``piece``, the top of whose table is at height ``top``."""
     half_x, half_y = rng.uniform(2.9, 3.5), rng.uniform(2.6, 3.1)
     room = Room(
         -half_x,
@@ -82,13 +96,12 @@ def dining_room(rng: Generator) -> Stage:
     group = shell(room, rng) + furnish(room, rng) + outlook([room], rng)
     hall = _hall(room, free[0])
     group += shell(hall, rng)
-    piece, top = centre_group("dining", rng)
     group += turned(piece, rng.uniform(0, 2 * np.pi))
     lamp_height = top + float(rng.uniform(0.95, 1.1))
     group += pendant(room.height, lamp_height, rng)
     power = float(rng.uniform(0.25, 0.8))
     lamp = Lamp((0.0, 0.0, lamp_height + 0.01), (power, power * 0.8, power * 0.52), 0.03, True)
-    return Stage(tuple(group), room_light([room, hall], (lamp,), rng), (0.0, 0.0, top + 0.05), 1.95)
+    return Stage(tuple(group), room_light([room, hall], (lamp,), rng), (0.0, 0.0, top + 0.05), radius)
 
 
 def _hall(room: Room, side: int) -> Room:

@@ -11,7 +11,7 @@ from avs.datasets.embedded.furniture import chair, round_table, table, trestle
 from avs.datasets.embedded.lighting import Lighting, Sky, Sun
 from avs.datasets.embedded.model import Array, Group, Material, moved, turned
 from avs.datasets.embedded.noise import SpaceNoise
-from avs.datasets.embedded.plants import FOLIAGE, LEAF, hedge, leaves, rock, scatter, shrub, tree, tufts
+from avs.datasets.embedded.plants import FOLIAGE, LEAF, creeper, hedge, leaves, rock, scatter, shrub, tree, tufts
 from avs.datasets.embedded.props import arranged, carton, color, potted_plant, vase
 from avs.datasets.embedded.sculpture import plinth, statue
 from avs.datasets.embedded.shapes import ball, box, displaced, ground
@@ -20,9 +20,11 @@ from avs.datasets.embedded.stage import Stage
 Generator = np.random.Generator
 
 
-def daylight(rng: Generator) -> Lighting:
-    """Return a sky of random weather with its sun, high enough to light the ground."""
+def daylight(rng: Generator, side: float | None = None) -> Lighting:
+    """Return a sky of random weather with its sun, high enough to light the ground, on the ``side`` if given."""
     azimuth, elevation = rng.uniform(0, 2 * np.pi), rng.uniform(0.5, 1.05)
+    if side is not None:
+        azimuth = side + rng.uniform(-1.1, 1.1)
     direction = (
         float(np.cos(azimuth) * np.cos(elevation)),
         float(np.sin(azimuth) * np.cos(elevation)),
@@ -148,14 +150,17 @@ def still_life(rng: Generator) -> tuple[Group, float]:
 CENTRE_PIECES: tuple[Callable[[Generator], tuple[Group, float]], ...] = (dining, monument, still_life)
 
 
-def surroundings(rng: Generator, clear: float, height: Callable[[Array], Array], avoid: float | None = None) -> Group:
+def surroundings(
+    rng: Generator, clear: float, height: Callable[[Array], Array], facing: float | None = None, house_too: bool = True
+) -> Group:
     """Return everything beyond radius ``clear``: planting, a house, walls, trees near and far.
 
     Args:
         rng: draws it all.
         clear: radius that is kept free for the camera.
         height: of the terrain.
-        avoid: direction in radians that is kept free of the house.
+        facing: direction in radians in which the house stands; by default any.
+        house_too: whether there is a house.
     """
     group: Group = []
 
@@ -164,9 +169,10 @@ def surroundings(rng: Generator, clear: float, height: Callable[[Array], Array],
         z = float(height(np.array([[x, y]], np.float32))[0])
         group.extend(moved(thing, x, y, z - sink))
 
-    facing = rng.uniform(0, 2 * np.pi) if avoid is None else avoid + np.pi
+    facing = rng.uniform(0, 2 * np.pi) if facing is None else facing
     distance = clear + rng.uniform(3.5, 6.0)
-    put(turned(house(rng), facing - np.pi / 2), distance, facing, 0.1)
+    if house_too:
+        put(turned(house(rng), facing - np.pi / 2), distance, facing, 0.1)
     for side, build in (
         (1.35, garden_wall(rng.uniform(7, 11), rng)),
         (2.6, hedge(rng.uniform(6, 10), 0.7, rng.uniform(0.9, 1.6), rng)),
@@ -228,6 +234,43 @@ def _tree_line(rng: Generator, height: Callable[[Array], Array]) -> Group:
         )
         group.append(crown.clothed(tint).moved(x, y, z - 0.3 * radius))
     return group
+
+
+def sculpture_court(rng: Generator) -> Stage:
+    """Return a statue in a garden, seen from the side of the house's garden or of the house."""
+    piece, middle = monument(rng)
+    ring = rng.uniform(3.2, 4.0)
+    court = ring * rng.uniform(0.6, 0.9)
+    lawn, height = terrain(rng, court, ring + 3)
+    heading = float(rng.uniform(0, 2 * np.pi))
+    behind = heading + np.pi + float(rng.uniform(-0.8, 0.8))
+    group = piece + lawn + court_floor(court, rng) + surroundings(rng, ring * 0.95, height, behind)
+    return Stage(tuple(group), daylight(rng, heading), (0.0, 0.0, middle + 0.1), ring, heading)
+
+
+def facade(rng: Generator) -> Stage:
+    """Return the front of a house with what stands before it: pots, a bench, shrubs, creepers, steps."""
+    ring = rng.uniform(5.0, 6.0)
+    lawn, height = terrain(rng, ring * 1.15, ring + 3)
+    group = moved(house(rng), 0, 1.0, 0)
+    group += court_floor(ring * 1.15, rng)
+    for x in rng.permutation(np.arange(-3.5, 3.6, 0.7))[:8]:
+        depth = rng.uniform(0.25, 0.6)
+        kind = rng.random()
+        if kind < 0.45:
+            thing = potted_plant(rng, rng.uniform(0.15, 0.3))
+        elif kind < 0.75:
+            thing = shrub(rng.uniform(0.25, 0.5), 320, rng, color(rng, 0.4, 0.9) if rng.random() < 0.6 else None)
+        else:
+            thing = [m.scaled(2.6, 2.6, 2.2) for m in carton(rng)]
+        group += moved(turned(thing, rng.uniform(-0.4, 0.4)), float(x), 1.0 - depth, 0)
+    group += moved(turned(trestle(1.5, rng), rng.normal() * 0.1), rng.choice([-2.4, 2.4]), 0.2, 0)
+    group += moved(creeper(rng, 2.6, 3.0), rng.choice([-3.2, 3.0]), 0.97, 0)
+    for _ in range(3):
+        angle, distance = -np.pi / 2 + rng.uniform(-1.2, 1.2), rng.uniform(1.6, 3.0)
+        group += moved(potted_plant(rng, rng.uniform(0.2, 0.34)), distance * np.cos(angle), distance * np.sin(angle), 0)
+    group += lawn + surroundings(rng, ring * 1.2, height, np.pi / 2, house_too=False)
+    return Stage(tuple(group), daylight(rng, -np.pi / 2), (0.0, 0.6, 1.7), ring, -np.pi / 2)
 
 
 def garden(rng: Generator) -> Stage:

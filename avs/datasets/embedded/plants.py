@@ -189,6 +189,25 @@ def bouquet(radius: float, height: float, count: int, rng: Generator, flower: Co
     return group
 
 
+def creeper(rng: Generator, width: float, height: float) -> Group:
+    """Return ivy on a wall that faces -y at y = 0, spread from the origin upwards."""
+    group: Group = []
+    centers = []
+    for _ in range(9):
+        s = np.linspace(0, 1, 14)
+        x = np.cumsum(rng.normal(size=14)) * 0.06 * width + rng.normal() * 0.22 * width * s
+        stem = np.stack([x, np.full(14, -0.02), s * height * rng.uniform(0.5, 1)], 1)
+        group.append(tube(stem, np.linspace(0.018, 0.005, 14), BARK, 5))
+        spots = stem[rng.integers(2, 14, 150)] + rng.normal(size=(150, 3)) * np.array([0.13, 0.0, 0.13])
+        centers.append(spots - np.array([0, 0.05, 0]) * rng.random((150, 1)))
+    spots = np.concatenate(centers)
+    spots = spots[spots[:, 2] > 0.05]
+    facing = np.tile([0.0, -0.9, -0.2], (len(spots), 1))
+    green = GREENS[int(rng.integers(len(GREENS)))]
+    group.append(leaves(spots, facing, rng.uniform(0.07, 0.15, len(spots)), LEAF.tinted(*green), rng))
+    return group
+
+
 def rock(radius: float, rng: Generator) -> Mesh:
     """Return a boulder that is sunk a little into the ground at the origin."""
     noise = SpaceNoise(rng)

@@ -1,50 +1,14 @@
-"""Photographs of a lit scene: samples within pixels, exposure, tone curve, vignette; and exact depth."""
+"""Light and depth at the pixels of cameras."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from avs.cameras import Cameras
+from avs.datasets.embedded.film import WHITE, exposure_of
 from avs.datasets.embedded.model import Array
-from avs.datasets.embedded.photographs import to_srgb
 from avs.datasets.embedded.shading import Shader
-
-
-@dataclass(frozen=True)
-class Lens:
-    """Camera of a capture pattern.
-
-    Attributes:
-        aspect: width over height.
-        field_of_view: angle along the long side in degrees.
-        exposure: factor on the exposure that suits the scene.
-        exposure_jitter: standard deviation of each image's exposure, in stops.
-        vignette: share of light lost in the corners.
-    """
-
-    aspect: float
-    field_of_view: float
-    exposure: float = 1.0
-    exposure_jitter: float = 0.0
-    vignette: float = 0.0
-
-    def size(self, long_side: int) -> tuple[int, int]:
-        """Return width and height in pixels."""
-        short = max(1, round(long_side / max(self.aspect, 1 / self.aspect)))
-        return (long_side, short) if self.aspect >= 1 else (short, long_side)
-
-    def cameras(self, world_to_camera: npt.NDArray[np.float64], long_side: int) -> Cameras:
-        """Return cameras at the poses ``[n, 4, 4]``, with square pixels and the principal point in the middle."""
-        width, height = self.size(long_side)
-        focal = long_side / 2 / np.tan(np.radians(self.field_of_view) / 2)
-        intrinsics = np.array([[focal, 0, width / 2], [0, focal, height / 2], [0, 0, 1]])
-        count = len(world_to_camera)
-        return Cameras(
-            world_to_camera, np.tile(intrinsics, (count, 1, 1)), np.tile(np.array([[width, height]]), (count, 1))
-        )
 
 
 def pixel_rays(cameras: Cameras, index: int, pixels: npt.NDArray[np.floating]) -> tuple[Array, Array]:
@@ -55,8 +19,20 @@ def pixel_rays(cameras: Cameras, index: int, pixels: npt.NDArray[np.floating]) -
     return cameras.centers[index].astype(np.float32), (local @ pose[:3, :3]).astype(np.float32)
 
 
-def render(shader: Shader, cameras: Cameras, index: int, samples_per_axis: int, rng: np.random.Generator) -> Array:
-    """Return the linear image ``[height, width, 3]`` of camera ``index``, the mean of stratified samples per pixel."""
+def meter(shader: Shader, cameras: Cameras, rng: np.random.Generator) -> float:
+    """Return the exposure that suits all ``cameras``, from images of 24 pixels on the long side."""
+    small = cameras.resized(np.maximum(np.rint(cameras.sizes * 24 / cameras.sizes.max()), 1).astype(np.int64))
+    images = [render(shader, small, index, 1, np.inf, rng).reshape(-1, 3) for index in range(0, len(small), 2)]
+    return exposure_of(np.concatenate(images))
+
+
+def render(
+    shader: Shader, cameras: Cameras, index: int, samples_per_axis: int, exposure: float, rng: np.random.Generator
+) -> Array:
+    """Return the linear image ``[height, width, 3]`` of camera ``index``, the mean of stratified samples per pixel.
+
+    Samples that are white at ``exposure`` are clipped.
+    """
     width, height = (int(value) for value in cameras.sizes[index])
     side = samples_per_axis
     count = height * width * side * side
@@ -69,7 +45,9 @@ def render(shader: Shader, cameras: Cameras, index: int, samples_per_axis: int, 
     footprint = 1 / (float(cameras.intrinsics[index, 0, 0]) * side)
     draws = _sequence(height * width, side * side, rng)
     radiance, _ = shader.radiance(np.broadcast_to(center, directions.shape), directions / length, footprint, draws)
-    return radiance.reshape(height, width, side * side, 3).mean(axis=2)
+    if np.isfinite(exposure):
+        radiance = np.minimum(radiance, WHITE / exposure)
+    return np.asarray(radiance.reshape(height, width, side * side, 3).mean(axis=2))
 
 
 def _sequence(pixels: int, samples: int, rng: np.random.Generator) -> Array:
@@ -91,26 +69,3 @@ def depth(shader: Shader, cameras: Cameras, index: int) -> Array:
     center, directions = pixel_rays(cameras, index, pixels)
     distance = shader.caster.nearest(np.broadcast_to(center, directions.shape), directions).distance
     return np.where(np.isfinite(distance), distance, 0).reshape(height, width).astype(np.float32)
-
-
-def develop(images: list[Array], lens: Lens, rng: np.random.Generator) -> tuple[npt.NDArray[np.uint8], ...]:
-    """Return sRGB photographs of linear ``images``: one exposure for all, jitter, vignette, and a filmic tone curve."""
-    logs = np.concatenate([np.log(image.mean(axis=2).ravel()[::7] + 1e-3) for image in images])
-    exposure = 0.2 * lens.exposure / np.exp(logs.mean())
-    result = []
-    for image in images:
-        stops = lens.exposure_jitter * rng.normal()
-        light = image * exposure * 2.0**stops * _vignette(image.shape[0], image.shape[1], lens.vignette)[..., None]
-        coded = to_srgb(_filmic(light)) * 255
-        result.append(np.clip(np.rint(coded), 0, 255).astype(np.uint8))
-    return tuple(result)
-
-
-def _vignette(height: int, width: int, loss: float) -> Array:
-    y, x = np.meshgrid(np.linspace(-1, 1, height), np.linspace(-1, 1, width), indexing="ij")
-    return (1 - loss * np.clip((x * x + y * y) / 2, 0, 1) ** 1.5).astype(np.float32)
-
-
-def _filmic(light: Array) -> Array:
-    """Compress 0..infinity to 0..1: a soft shoulder as film has it, and a slight toe."""
-    return np.asarray((1 - np.exp(-1.25 * light)) ** 1.15, np.float32)

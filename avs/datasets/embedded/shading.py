@@ -37,7 +37,7 @@ class Shader:
         self._albedo = self.atlas.means[self._layer] * self._tint
         self.light = bake(model, self.caster, lighting, self._albedo, settings.gather_rays, settings.bounces, seed)
         self._vertex = np.concatenate([model.normals, model.coordinates, model.shade, self.light.ambient], axis=1)
-        self._face, self._tangent, self._bitangent = _triangle_frames(model)
+        self.face_normals, self._tangent, self._bitangent = _triangle_frames(model)
         self._open_sky = float(lighting.sky.panorama[:64].mean())
 
     def radiance(self, origins: Array, directions: Array, footprint: float, draws: Array) -> tuple[Array, Hits]:
@@ -57,16 +57,17 @@ class Shader:
             color[missed] = self.lighting.sky(directions[missed])
         if len(found):
             part = Hits(hits.distance[found], hits.triangle[found], hits.weights[found])
-            color[found] = self._shade(origins[found], directions[found], part, footprint, draws[found])
+            color[found] = self.shade(origins[found], directions[found], part, footprint, draws[found])
         return color, hits
 
-    def _shade(self, origins: Array, directions: Array, hits: Hits, footprint: float, draws: Array) -> Array:
+    def shade(self, origins: Array, directions: Array, hits: Hits, footprint: float, draws: Array) -> Array:
+        """Return the radiance ``[n, 3]`` of the surfaces at ``hits``, which all exist; see ``radiance``."""
         material = self.model.triangle_material[hits.triangle]
         size, roughness, reflectance, relief, translucency = self._numbers[material].T
         corners = self.model.triangles[hits.triangle]
         fields = sum(hits.weights[:, k, None] * self._vertex[corners[:, k]] for k in range(3))
         assert isinstance(fields, np.ndarray)
-        facing = -np.einsum("ij,ij->i", directions, self._face[hits.triangle])
+        facing = -np.einsum("ij,ij->i", directions, self.face_normals[hits.triangle])
         side = np.where(facing < 0, np.float32(-1), np.float32(1))
         slant = np.maximum(np.abs(facing), 0.05)
         level = np.log2(np.maximum(hits.distance * footprint / np.sqrt(slant) / size, 1e-9)) + self.atlas.levels
@@ -82,7 +83,9 @@ class Shader:
         )
         albedo = surface.color * self._tint[material] * fields[:, 5:8]
         ambient = fields[:, 8:11]
-        point = origins + directions * hits.distance[:, None] + OFFSET * side[:, None] * self._face[hits.triangle]
+        point = (
+            origins + directions * hits.distance[:, None] + OFFSET * side[:, None] * self.face_normals[hits.triangle]
+        )
         shine = reflectance * surface.gloss
         diffuse, highlight = self._direct(point, normal, directions, roughness, translucency, draws)
         cosine = np.clip(-np.einsum("ij,ij->i", directions, normal), 0.02, 1)

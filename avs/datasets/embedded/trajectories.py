@@ -89,7 +89,7 @@ def handheld(stage: Stage, count: int, caster: Caster, rng: Generator) -> Poses:
     for k in range(count):
         part = k / max(count - 1, 1)
         # The walker lingers in the first half of the arc and hurries through the rest.
-        angle = stage.heading + sweep * (part**1.4 - 0.5) * (1 if rng.random() < 2 else -1)
+        angle = stage.heading + sweep * (part**1.4 - 0.5)
         near = 1 - 0.45 * np.exp(-(((part - 0.6) / 0.1) ** 2))
 
         def propose(loose: float, k: int = k, angle: float = angle, near: float = near) -> Poses:
@@ -104,3 +104,60 @@ def handheld(stage: Stage, count: int, caster: Caster, rng: Generator) -> Poses:
 
         poses.append(place(propose, caster))
     return np.stack(poses)
+
+
+def egocentric(stage: Stage, count: int, caster: Caster, rng: Generator) -> Poses:
+    """Return poses of somebody who walks once around the table, looks at the object, and now and then elsewhere."""
+    target, poses = np.asarray(stage.target), []
+    start, turn = rng.uniform(0, 2 * np.pi), rng.choice([-1.0, 1.0])
+    head, gaze = shake(count, rng, 3), shake(count, rng, 4)
+    stance = float(rng.uniform(1.5, 1.68))
+    for k in range(count):
+        part = k / count
+        # One stops at the front: steps are shorter there.
+        angle = start + turn * 2 * np.pi * (part - 0.11 * np.sin(2 * np.pi * part))
+        bob = 0.02 * np.sin(2 * np.pi * 9 * part)
+        away = np.exp(-(((part * 5) % 1 - 0.5) ** 2) / 0.012)
+
+        def propose(loose: float, k: int = k, angle: float = angle, bob: float = bob, away: float = away) -> Poses:
+            a, r = angle + rng.normal() * 0.5 * loose, stage.radius * (1 + 0.12 * head[k, 0]) * (1 - 0.2 * loose)
+            center = np.array([target[0] + r * np.cos(a), target[1] + r * np.sin(a), stance + bob + 0.03 * head[k, 1]])
+            aim = target + np.array([0.2, 0.2, 0.14]) * gaze[k] + away * np.array([-np.sin(a), np.cos(a), 0.25]) * 0.9
+            return rolled(look_at(center, aim, UP), 0.05 * head[k, 2])
+
+        poses.append(place(propose, caster))
+    return np.stack(poses)
+
+
+def walkthrough(stage: Stage, count: int, caster: Caster, rng: Generator) -> Poses:
+    """Return poses of a steady walk along the stage's path that looks ahead, as a filmed tour of a flat does."""
+    line = _smooth_path(np.asarray(stage.path))
+    length = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    ahead = 1.4
+    # The pace varies: slow at the start of the tour, quick in the middle.
+    pace = np.cumsum(1 + 0.5 * np.sin(np.linspace(0, np.pi, count)) + 0.1 * shake(count, rng)[:, 0])
+    travelled = (pace - pace[0]) / (pace[-1] - pace[0]) * (length[-1] - ahead)
+    sway, gaze, poses = shake(count, rng, 8), shake(count, rng, 8), []
+    height = float(rng.uniform(1.45, 1.6))
+    for k, distance in enumerate(travelled):
+        here, there = (
+            np.array([np.interp(d, length, line[:, i]) for i in range(2)]) for d in (distance, distance + ahead)
+        )
+
+        def propose(loose: float, k: int = k, here: Poses = here, there: Poses = there) -> Poses:
+            center = np.array([*(here + 0.3 * loose * rng.normal(size=2)), height + 0.025 * sway[k, 0]])
+            aim = np.array([*there, height - 0.16 + 0.05 * gaze[k, 2]]) + 0.2 * np.array([*gaze[k, :2], 0.0])
+            return rolled(look_at(center, aim, UP), 0.008 * sway[k, 1])
+
+        poses.append(place(propose, caster))
+    return np.stack(poses)
+
+
+def _smooth_path(points: Poses) -> Poses:
+    """Return the polyline ``points`` ``[n, 2]`` resampled every 5 cm and averaged over 90 cm: round corners."""
+    length = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    places = np.arange(0, length[-1], 0.05)
+    dense = np.stack([np.interp(places, length, points[:, i]) for i in range(2)], axis=1)
+    window = 19
+    padded = np.concatenate([np.repeat(dense[:1], window // 2, 0), dense, np.repeat(dense[-1:], window // 2, 0)])
+    return np.stack([np.convolve(padded[:, i], np.full(window, 1 / window), "valid") for i in range(2)], axis=1)
