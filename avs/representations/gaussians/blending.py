@@ -8,7 +8,8 @@ pixels is touched. A pixel that has stopped, or lies outside the image, has a ne
 import numpy as np
 
 from avs.representations.gaussians.kernels import inline, kernel
-from avs.representations.gaussians.simd import LANES, any_of, broadcast, exp2, fma, load, minimum, store, where
+from avs.representations.gaussians.records import COLOR, LOG2_ALPHA_MIN, LOG_OPACITY, XX, XY, YY, X, Y
+from avs.representations.gaussians.simd import LANES, aligned_full, any_of, broadcast, exp2, fma, load, minimum, prefetch, store, where
 from avs.representations.gaussians.tiles import TILE, tile_lists
 
 PIXELS = TILE * TILE
@@ -17,35 +18,8 @@ BLOCKS = PIXELS // LANES
 ALPHA_MAX = 0.999
 # A pixel stops at the Gaussian that would bring its transmittance to this or below; that one is not blended.
 TRANSMITTANCE_MIN = 1e-4
-LOG2_ALPHA_MIN = float(np.log2(1.0 / 255.0))
-LOG2_E = float(np.log2(np.e))
-
-# Columns of a record: what the blending loops read of one Gaussian. The quadratic form (dx^2, dx dy, dy^2) and the
-# logarithm of the opacity are in base 2, the former with the sign of the exponent.
-X, Y, XX, XY, YY, LOG_OPACITY, OPACITY, INDEX, COLOR = 0, 1, 2, 3, 4, 5, 6, 7, 8
-
-
-@kernel
-def pack_records(order, means2d, conics, opacities, colors, depths, with_depth):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Return the records ``[M, width]`` of the Gaussians in ``order``, colours and then depth as their channels."""
-    channels = colors.shape[1]
-    width = COLOR + (channels + (1 if with_depth else 0) + 7) // 8 * 8
-    records = np.empty((len(order), width), np.float32)
-    for place in range(len(order)):
-        i = order[place]
-        records[place, X] = means2d[i, 0]
-        records[place, Y] = means2d[i, 1]
-        records[place, XX] = np.float32(-0.5 * LOG2_E) * conics[i, 0]
-        records[place, XY] = np.float32(-LOG2_E) * conics[i, 1]
-        records[place, YY] = np.float32(-0.5 * LOG2_E) * conics[i, 2]
-        records[place, LOG_OPACITY] = np.log2(opacities[i])
-        records[place, OPACITY] = opacities[i]
-        for c in range(channels):
-            records[place, COLOR + c] = colors[i, c]
-        if with_depth:
-            records[place, COLOR + channels] = depths[i]
-    return records
-
+# How many entries of a list ahead a record is fetched into the cache.
+PREFETCH = 4
 
 @inline
 def pixel_centres():  # type: ignore[no-untyped-def]  # noqa: ANN201
@@ -58,7 +32,7 @@ def pixel_centres():  # type: ignore[no-untyped-def]  # noqa: ANN201
 
 
 @inline
-def _live_blocks(transmittance, base):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def live_blocks(transmittance, base):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return a bit for each of a tile's four blocks that has a pixel which has not stopped."""
     live = 0
     for block in range(BLOCKS):
@@ -73,6 +47,7 @@ def _blend_tile(records, entries, start, end, x, y, channels, live, transmittanc
     flat = records.reshape(-1)
     width = records.shape[1]
     for e in range(start, end):
+        prefetch(flat, entries[min(e + PREFETCH, end - 1)] * width)
         at = entries[e] * width
         dx = x - flat[at + X]
         quadratic = (flat[at + XX] * dx) * dx
@@ -93,31 +68,29 @@ def _blend_tile(records, entries, start, end, x, y, channels, live, transmittanc
                 blended = touched & (onward > TRANSMITTANCE_MIN)
                 stops = touched & (onward <= TRANSMITTANCE_MIN)
                 weight = where(blended, alpha * light, 0.0)
-                store(transmittance, base + block * LANES, where(blended, onward, where(stops, -light, light)))
-                stopped |= any_of(stops)
+                store(transmittance, base + block * LANES, where(blended, onward, light))
+                if any_of(stops):
+                    store(transmittance, base + block * LANES, where(blended, onward, where(stops, -light, light)))
+                    stopped = True
                 for c in range(len(channels)):
                     at_pixel = (base * len(channels)) + c * PIXELS + block * LANES
                     store(pixels, at_pixel, fma(weight, flat[at + COLOR + c], load(pixels, at_pixel)))
         if stopped:
-            live = _live_blocks(transmittance, base)
+            live = live_blocks(transmittance, base)
             if live == 0:
                 break
     return live
 
 
 @kernel
-def blend(records, order, means2d, conics, opacities, channels, width, height):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def blend(records, channels, width, height):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Render one camera.
 
     The Gaussians are taken in chunks from near to far, and tiles whose pixels have all stopped get no further entries: in
     a scene with occlusion most of the lists are never built.
 
     Args:
-        records: from :func:`pack_records`.
-        order: from :func:`~avs.representations.gaussians.tiles.depth_order`.
-        means2d: ``[N, 2]``.
-        conics: ``[N, 3]``.
-        opacities: ``[N]``.
+        records: from :func:`~avs.representations.gaussians.records.pack_records`.
         channels: a tuple of as many numbers as there are channels; its length is known when the kernel is compiled.
         width: image width in pixels.
         height: image height in pixels.
@@ -128,8 +101,8 @@ def blend(records, order, means2d, conics, opacities, channels, width, height): 
     """
     columns, rows = (width + TILE - 1) // TILE, (height + TILE - 1) // TILE
     tiles = columns * rows
-    transmittance = np.ones(tiles * PIXELS, np.float32)
-    pixels = np.zeros(tiles * PIXELS * len(channels), np.float32)
+    transmittance = aligned_full(tiles * PIXELS, 1.0)
+    pixels = aligned_full(tiles * PIXELS * len(channels), 0.0)
     live = np.full(tiles, (1 << BLOCKS) - 1, np.uint8)
     for tile in range(tiles):
         x, y = TILE * (tile % columns), TILE * (tile // columns)
@@ -137,7 +110,7 @@ def blend(records, order, means2d, conics, opacities, channels, width, height): 
             for p in range(PIXELS):
                 if x + p % TILE >= width or y + p // TILE >= height:
                     transmittance[tile * PIXELS + p] = np.float32(-1.0)
-            live[tile] = _live_blocks(transmittance, tile * PIXELS)
+            live[tile] = live_blocks(transmittance, tile * PIXELS)
     column, row = pixel_centres()
     budget = max(32768, 8 * tiles)
     entries = np.empty(2 * budget, np.int32)
@@ -145,15 +118,13 @@ def blend(records, order, means2d, conics, opacities, channels, width, height): 
     used = 0
     chunk = 0
     place = 0
-    while place < len(order):
+    while place < len(records):
         if chunk == len(offsets):
             longer = np.empty((2 * chunk, tiles + 1), np.int32)
             longer[:chunk] = offsets
             offsets = longer
         before = used
-        place, entries, used = tile_lists(
-            order, place, budget, means2d, conics, opacities, columns, rows, live, offsets[chunk], entries, used
-        )
+        place, entries, used = tile_lists(records, place, budget, columns, rows, live, offsets[chunk], entries, used)
         if used == before:
             continue
         for tile in range(tiles):

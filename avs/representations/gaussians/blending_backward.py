@@ -16,20 +16,20 @@ always taken in the same order.
 import numpy as np
 
 from avs.representations.gaussians.blending import (
-    ALPHA_MAX, BLOCKS, COLOR, LOG2_ALPHA_MIN, LOG2_E, LOG_OPACITY, OPACITY, PIXELS, TRANSMITTANCE_MIN, X, XX, XY, Y, YY,
-    pixel_centres,
+    ALPHA_MAX, BLOCKS, PIXELS, PREFETCH, TRANSMITTANCE_MIN, live_blocks, pixel_centres,
 )  # fmt: skip
 from avs.representations.gaussians.kernels import inline, kernel
+from avs.representations.gaussians.records import COLOR, LOG2_ALPHA_MIN, LOG2_E, LOG_OPACITY, XX, XY, YY, X, Y
 from avs.representations.gaussians.simd import (
-    LANES, absolute, any_of, broadcast, exp2, fma, load, minimum, store, sum_lanes, where,
+    LANES, absolute, add_row_sums, aligned_empty, aligned_full, any_of, broadcast, exp2, fma, load, minimum, prefetch, store, where,
 )  # fmt: skip
 from avs.representations.gaussians.tiles import TILE
 
-# Columns of the sums kept for each Gaussian.
-SUM, SUM_X, SUM_Y, SUM_XX, SUM_XY, SUM_YY, ABS_X, ABS_Y = 0, 1, 2, 3, 4, 5, 6, 7
+# Columns of the sums kept for each Gaussian; from CHANNELS on the gradients of the channels, then the absolute gradients.
+SUM, SUM_X, SUM_Y, SUM_XX, SUM_XY, SUM_YY, CHANNELS = 0, 1, 2, 3, 4, 5, 6
 
-# Layout of a tile's scratch memory, in vectors of sixteen: transmittance, remaining sum, gradient of alpha, then gradients
-# of the channels; and, after those, one accumulator per channel.
+# Layout of a tile's scratch memory: transmittance, remaining sum, gradient of alpha and gradients of the channels of its
+# pixels; after those one vector for each of the sums.
 _LIGHT, _REST, _V_ALPHA, _V_COLOR = 0, PIXELS, 2 * PIXELS, 3 * PIXELS
 
 
@@ -61,12 +61,18 @@ def _load_tile(scratch, channels, tile, x, y, transmittance, pixels, background,
 
 
 @inline
-def _gradients_of_tile(records, entries, start, end, x, y, channels, absgrad, live, scratch, sums):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _gradients_of_tile(records, entries, start, end, x, y, channels, like, live, scratch, sums):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Add a list's gradients to ``sums``. Return the live blocks."""
     flat, flat_sums = records.reshape(-1), sums.reshape(-1)
     width = records.shape[1]
-    accumulators = _V_COLOR + len(channels) * PIXELS
+    rows = _V_COLOR + len(channels) * PIXELS
+    row_of_color = rows + CHANNELS * LANES
+    row_of_absolute = row_of_color + len(channels) * LANES
+    absgrad = len(like) > CHANNELS + len(channels)
     for e in range(start, end):
+        ahead = entries[min(e + PREFETCH, end - 1)]
+        prefetch(flat, ahead * width)
+        prefetch(flat_sums, ahead * sums.shape[1])
         at = entries[e] * width
         dx = x - flat[at + X]
         quadratic = (flat[at + XX] * dx) * dx
@@ -80,7 +86,7 @@ def _gradients_of_tile(records, entries, start, end, x, y, channels, absgrad, li
         absolute_x = broadcast(0.0)
         absolute_y = broadcast(0.0)
         for c in range(len(channels)):
-            store(scratch, accumulators + c * LANES, broadcast(0.0))
+            store(scratch, row_of_color + c * LANES, broadcast(0.0))
         for block in range(BLOCKS):
             if not live & (1 << block):
                 continue
@@ -97,14 +103,16 @@ def _gradients_of_tile(records, entries, start, end, x, y, channels, absgrad, li
                 blended = touched & (onward > TRANSMITTANCE_MIN)
                 stops = touched & (onward <= TRANSMITTANCE_MIN)
                 weight = where(blended, alpha * light, 0.0)
-                store(scratch, _LIGHT + here, where(blended, onward, where(stops, -light, light)))
-                stopped |= any_of(stops)
+                store(scratch, _LIGHT + here, where(blended, onward, light))
+                if any_of(stops):
+                    store(scratch, _LIGHT + here, where(blended, onward, where(stops, -light, light)))
+                    stopped = True
                 blends = True
                 inner = load(scratch, _V_ALPHA + here)
                 for c in range(len(channels)):
                     v_channel = load(scratch, _V_COLOR + c * PIXELS + here)
                     inner = fma(v_channel, flat[at + COLOR + c], inner)
-                    at_sum = accumulators + c * LANES
+                    at_sum = row_of_color + c * LANES
                     store(scratch, at_sum, fma(weight, v_channel, load(scratch, at_sum)))
                 rest = load(scratch, _REST + here) - weight * inner
                 store(scratch, _REST + here, rest)
@@ -118,36 +126,36 @@ def _gradients_of_tile(records, entries, start, end, x, y, channels, absgrad, li
                     absolute_x = absolute_x + absolute(g * fma(flat[at + XX] * 2.0, dx, flat[at + XY] * dy))
                     absolute_y = absolute_y + absolute(g * fma(flat[at + YY] * 2.0, dy, mixed))
         if blends:
-            to = entries[e] * sums.shape[1]
-            g_x = sum_0 * dx
-            flat_sums[to + SUM] += sum_lanes(sum_0)
-            flat_sums[to + SUM_X] += sum_lanes(g_x)
-            flat_sums[to + SUM_Y] += sum_lanes(sum_y)
-            flat_sums[to + SUM_XX] += sum_lanes(g_x * dx)
-            flat_sums[to + SUM_XY] += sum_lanes(sum_y * dx)
-            flat_sums[to + SUM_YY] += sum_lanes(sum_yy)
+            sum_x = sum_0 * dx
+            store(scratch, rows + SUM * LANES, sum_0)
+            store(scratch, rows + SUM_X * LANES, sum_x)
+            store(scratch, rows + SUM_Y * LANES, sum_y)
+            store(scratch, rows + SUM_XX * LANES, sum_x * dx)
+            store(scratch, rows + SUM_XY * LANES, sum_y * dx)
+            store(scratch, rows + SUM_YY * LANES, sum_yy)
             if absgrad:
-                flat_sums[to + ABS_X] += sum_lanes(absolute_x)
-                flat_sums[to + ABS_Y] += sum_lanes(absolute_y)
-            for c in range(len(channels)):
-                flat_sums[to + COLOR + c] += sum_lanes(load(scratch, accumulators + c * LANES))
+                store(scratch, row_of_absolute, absolute_x)
+                store(scratch, row_of_absolute + LANES, absolute_y)
+            add_row_sums(scratch, rows, like, flat_sums, entries[e] * sums.shape[1])
         if stopped:
-            live = 0
-            for block in range(BLOCKS):
-                if any_of(load(scratch, _LIGHT + block * LANES) > 0.0):
-                    live |= 1 << block
+            live = live_blocks(scratch, _LIGHT)
             if live == 0:
                 break
     return live
 
 
 @kernel
-def blend_backward(records, entries, offsets, transmittance, pixels, channels, background, absgrad, v_image, v_alpha):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Return, per record, the sums named by ``SUM`` to ``ABS_Y`` and the gradients of the channels from ``COLOR`` on."""
+def blend_backward(records, entries, offsets, transmittance, pixels, channels, like, background, v_image, v_alpha):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Return, per record, the sums named by ``SUM`` to ``SUM_YY``, the gradients of the channels, and |x|, |y|.
+
+    The last two, sums over pixels of the absolute gradients of the centre, only where the tuple ``like`` is long enough
+    for them: ``CHANNELS + channels + 2``.
+    """
     height, width = v_alpha.shape
     columns, rows = (width + TILE - 1) // TILE, (height + TILE - 1) // TILE
-    sums = np.zeros(records.shape, np.float32)
-    scratch = np.empty(_V_COLOR + len(channels) * (PIXELS + LANES), np.float32)
+    width_of_sums = (len(like) + LANES - 1) // LANES * LANES
+    sums = aligned_full(len(records) * width_of_sums, 0.0).reshape((len(records), width_of_sums))
+    scratch = aligned_empty(_V_COLOR + len(channels) * PIXELS + len(like) * LANES)
     column, row = pixel_centres()
     for tile in range(columns * rows):
         x, y = TILE * (tile % columns), TILE * (tile // columns)
@@ -162,7 +170,7 @@ def blend_backward(records, entries, offsets, transmittance, pixels, channels, b
                 )  # fmt: skip
             live = _gradients_of_tile(
                 records, entries, start, end, column + np.float32(x), row + np.float32(y),
-                channels, absgrad, live, scratch, sums,
+                channels, like, live, scratch, sums,
             )  # fmt: skip
     return sums
 
@@ -175,6 +183,11 @@ def unpack_gradients(
     """Add one camera's sums, in depth order, to the gradients of the Gaussians in their own order."""
     channels = v_colors.shape[1]
     for place in range(len(order)):
+        untouched = sums[place, SUM] == 0
+        for k in range(channels + with_depth):
+            untouched &= sums[place, CHANNELS + k] == 0
+        if untouched:
+            continue
         i = order[place]
         a, b, c = conics[i, 0], conics[i, 1], conics[i, 2]
         v_means2d[i, 0] = a * sums[place, SUM_X] + b * sums[place, SUM_Y]
@@ -183,10 +196,10 @@ def unpack_gradients(
         v_conics[i, 1] = -sums[place, SUM_XY]
         v_conics[i, 2] = np.float32(-0.5) * sums[place, SUM_YY]
         v_opacities[i] += sums[place, SUM] / opacities[i]
-        if absgrad:
-            v_absolute[i, 0] = sums[place, ABS_X] * np.float32(1.0 / LOG2_E)
-            v_absolute[i, 1] = sums[place, ABS_Y] * np.float32(1.0 / LOG2_E)
         for k in range(channels):
-            v_colors[i, k] += sums[place, COLOR + k]
+            v_colors[i, k] += sums[place, CHANNELS + k]
         if with_depth:
-            v_depths[i] = sums[place, COLOR + channels]
+            v_depths[i] = sums[place, CHANNELS + channels]
+        if absgrad:
+            v_absolute[i, 0] = sums[place, CHANNELS + channels + with_depth] * np.float32(1.0 / LOG2_E)
+            v_absolute[i, 1] = sums[place, CHANNELS + channels + with_depth + 1] * np.float32(1.0 / LOG2_E)

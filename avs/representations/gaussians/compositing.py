@@ -8,8 +8,9 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avs.representations.gaussians.blending import blend, pack_records, to_image
-from avs.representations.gaussians.blending_backward import blend_backward, unpack_gradients
+from avs.representations.gaussians.blending import blend, to_image
+from avs.representations.gaussians.blending_backward import CHANNELS, blend_backward, unpack_gradients
+from avs.representations.gaussians.records import pack_records
 from avs.representations.gaussians.tiles import TILE, depth_order
 
 
@@ -35,8 +36,8 @@ class _Blend(torch.autograd.Function):
         for c in range(cameras):
             splats = _splats(c, means2d, conics, opacities, colors, depths)
             order = depth_order(splats[4], radii[c].numpy())
-            records = pack_records(order, *splats, with_depth)
-            blended = blend(records, order, *splats[:3], channels, width, height)
+            records = pack_records(order, *splats, radii[c].numpy(), with_depth)
+            blended = blend(records, channels, width, height)
             background = _background(backgrounds, c, channels)
             to_image(*blended[:2], channels, background, images[c].numpy(), alphas[c, :, :, 0].numpy())
             kept.append((order, records, *blended))
@@ -57,8 +58,8 @@ class _Blend(torch.autograd.Function):
             order, records, transmittance, pixels, entries, offsets = ctx.kept[c]
             channels = (0,) * v_images.shape[-1]
             sums = blend_backward(
-                records, entries, offsets, transmittance, pixels, channels, _background(backgrounds, c, channels),
-                absgrad, v_images[c].numpy(), v_alphas[c, :, :, 0].numpy(),
+                records, entries, offsets, transmittance, pixels, channels, (0,) * (CHANNELS + len(channels) + 2 * absgrad),
+                _background(backgrounds, c, channels), v_images[c].numpy(), v_alphas[c, :, :, 0].numpy(),
             )  # fmt: skip
             _, conic, opacity, _, _ = _splats(c, means2d, conics, opacities, colors, depths)
             _, _, v_opacity, v_color, v_depth = _splats(c, means2d, conics, v_opacities, v_colors, v_depths)

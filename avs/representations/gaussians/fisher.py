@@ -9,9 +9,10 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avs.representations.gaussians.blending import blend, pack_records
+from avs.representations.gaussians.blending import blend
 from avs.representations.gaussians.fisher_kernels import apply_chain, second_moments
 from avs.representations.gaussians.projection import camera_numbers, project_gaussians
+from avs.representations.gaussians.records import pack_records
 from avs.representations.gaussians.spherical_harmonics import view_dependent_colors
 from avs.representations.gaussians.tiles import depth_order
 
@@ -97,8 +98,8 @@ def fisher_diagonal(
     image, conic = means2d[0].numpy(), conics[0].numpy()
     order = depth_order(depths[0].numpy(), radii[0].numpy())
     summed = colors.sum(dim=1, keepdim=True).numpy()
-    records = pack_records(order, image, conic, effective, summed, depths[0].numpy(), False)
-    transmittance, pixels, entries, offsets = blend(records, order, image, conic, effective, (0,), width, height)
+    records = pack_records(order, image, conic, effective, summed, depths[0].numpy(), radii[0].numpy(), False)
+    transmittance, pixels, entries, offsets = blend(records, (0,), width, height)
     behind = np.float32(0.0 if background is None else float(background.sum()))
     moments = second_moments(records, entries, offsets, transmittance, pixels, behind, width, height)
     result = FisherDiagonal(*(torch.zeros_like(x) for x in (means, scales, quats, opacities, sh_coefficients)))

@@ -11,12 +11,13 @@ to the parameters is linear for each Gaussian, so that it is applied once per Ga
 import numpy as np
 
 from avs.representations.gaussians.blending import (
-    ALPHA_MAX, BLOCKS, COLOR, LOG2_ALPHA_MIN, LOG_OPACITY, PIXELS, TRANSMITTANCE_MIN, X, XX, XY, Y, YY, pixel_centres,
+    ALPHA_MAX, BLOCKS, PIXELS, TRANSMITTANCE_MIN, live_blocks, pixel_centres,
 )  # fmt: skip
 from avs.representations.gaussians.ewa import project_backward
 from avs.representations.gaussians.kernels import inline, kernel
+from avs.representations.gaussians.records import COLOR, LOG2_ALPHA_MIN, LOG_OPACITY, XX, XY, YY, X, Y
 from avs.representations.gaussians.simd import (
-    LANES, any_of, broadcast, exp2, fma, load, minimum, store, sum_lanes, where,
+    LANES, aligned_empty, any_of, broadcast, exp2, fma, load, minimum, store, sum_lanes, where,
 )  # fmt: skip
 from avs.representations.gaussians.spherical_harmonics import basis_gradient, evaluate_basis
 from avs.representations.gaussians.tiles import TILE
@@ -39,7 +40,7 @@ def second_moments(records, entries, offsets, transmittance, pixels, background,
     """
     columns, rows = (width + TILE - 1) // TILE, (height + TILE - 1) // TILE
     moments = np.zeros((len(records), MOMENTS))
-    scratch = np.empty(2 * PIXELS, np.float32)
+    scratch = aligned_empty(2 * PIXELS)
     column, row = pixel_centres()
     for tile in range(columns * rows):
         x, y = TILE * (tile % columns), TILE * (tile // columns)
@@ -88,8 +89,10 @@ def _moments_of_tile(records, entries, start, end, x, y, background, live, scrat
                 blended = touched & (onward > TRANSMITTANCE_MIN)
                 stops = touched & (onward <= TRANSMITTANCE_MIN)
                 weight = where(blended, alpha * light, 0.0)
-                store(scratch, here, where(blended, onward, where(stops, -light, light)))
-                stopped |= any_of(stops)
+                store(scratch, here, where(blended, onward, light))
+                if any_of(stops):
+                    store(scratch, here, where(blended, onward, where(stops, -light, light)))
+                    stopped = True
                 blends = True
                 rest = load(scratch, PIXELS + here) - weight * inner
                 store(scratch, PIXELS + here, rest)
@@ -129,10 +132,7 @@ def _moments_of_tile(records, entries, start, end, x, y, background, live, scrat
             m[14] += sum_lanes(s0 * dx)
             m[WEIGHT] += sum_lanes(weights)
         if stopped:
-            live = 0
-            for block in range(BLOCKS):
-                if any_of(load(scratch, block * LANES) > 0.0):
-                    live |= 1 << block
+            live = live_blocks(scratch, 0)
             if live == 0:
                 break
     return live

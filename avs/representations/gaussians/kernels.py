@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
 
 Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def _stamp() -> bytes:
+    """Return a digest of all files here that define compiled functions."""
+    sources = [path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py"))]
+    return hashlib.sha256(b"".join(source for source in sources if b"numba" in source or b".kernels" in source)).digest()
+
+
+_STAMP = _stamp()
 
 
 def kernel(function: Function) -> Function:
@@ -18,9 +29,13 @@ def kernel(function: Function) -> Function:
     """
     options: dict[str, Any] = {"error_model": "numpy", "nogil": True}
     try:
-        return cast(Function, numba.njit(cache=True, **options)(function))
+        compiled = numba.njit(cache=True, **options)(function)
     except RuntimeError:
         return cast(Function, numba.njit(**options)(function))
+    # numba looks at the function's own file only, and would go on using code into which an older version of a function of
+    # another file has been compiled (https://numba.readthedocs.io/en/stable/developer/caching.html).
+    compiled._cache._cache_file._source_stamp = _STAMP
+    return cast(Function, compiled)
 
 
 def inline(function: Function) -> Function:

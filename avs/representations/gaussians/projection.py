@@ -17,6 +17,8 @@ from avs.representations.gaussians.simd import LANES, load, broadcast, store, su
 ALPHA_THRESHOLD = 1.0 / 255.0
 # The Jacobian is held beyond this share of the half field of view outside the image (3DGS: 1.3 tan; gsplat: + 0.3 tan).
 _MARGIN = 0.3
+# A Gaussian whose image is wider than this, in pixels, is left out: float32 cannot hold its conic.
+_LARGEST = 1e6
 
 
 @kernel
@@ -68,7 +70,9 @@ def _project_kernel(
                     x = rows[160 + lane]
                     y = rows[176 + lane]
                     seen = x + radius_x > 0 and x - radius_x < size[0] and y + radius_y > 0 and y - radius_y < size[1]
-                    if not (seen and (radius_x > radius_clip or radius_y > radius_clip)):
+                    # false for numbers that are not finite, too
+                    sane = radius_x < _LARGEST and radius_y < _LARGEST and rows[208 + lane] > 0 and rows[240 + lane] > 0
+                    if not (seen and sane and (radius_x > radius_clip or radius_y > radius_clip)):
                         radius_x = np.float32(0.0)
             if radius_x > 0 and radius_y > 0:
                 radii[i, 0] = np.int32(radius_x)

@@ -134,7 +134,17 @@ def rasterization(
         centres = torch.inverse(viewmats)[:, :3, 3].contiguous()
         colors = view_dependent_colors(colors, means, centres, radii, sh_degree)
     images, alphas = composite(
-        means2d, conics, effective, colors, depths, radii, backgrounds, width, height, render_mode.endswith("D"), absgrad
+        means2d,
+        conics,
+        effective,
+        colors,
+        depths,
+        radii,
+        backgrounds,
+        width,
+        height,
+        render_mode.endswith("D"),
+        absgrad,
     )
     if render_mode.endswith("ED"):
         images = torch.cat([images[..., :-1], images[..., -1:] / alphas.clamp(min=_ALPHA_GUARD)], dim=-1)
@@ -197,7 +207,9 @@ def _check_tensors(
 ) -> None:
     """Check shapes and types, naming the argument at fault."""
     if means.ndim != 2:
-        raise NotImplementedError(f"means: shape {tuple(means.shape)}, but batch dimensions are not supported on the CPU")
+        raise NotImplementedError(
+            f"means: shape {tuple(means.shape)}, but batch dimensions are not supported on the CPU"
+        )
     count, cameras = len(means), len(viewmats)
     channels = colors.shape[-1:]
     if sh_degree is not None:

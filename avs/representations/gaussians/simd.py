@@ -21,7 +21,7 @@ import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
-from numba.extending import intrinsic, models, overload, register_model
+from numba.extending import intrinsic, models, overload, register_jitable, register_model
 
 LANES = 16
 
@@ -191,6 +191,31 @@ def _store(typingctx, array, index, value):  # type: ignore[no-untyped-def]  # n
     return types.void(array, types.intp, VECTOR), codegen
 
 
+@intrinsic
+def prefetch(typingctx, array, index):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Fetch an element's cache line ahead of its use."""
+
+    def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+        address = builder.gep(data, [arguments[1]])
+        byte = ir.IntType(8).as_pointer()
+        # to be read, to be kept in all caches, data
+        hints = [ir.Constant(ir.IntType(32), hint) for hint in (0, 3, 1)]
+        signature_of_prefetch = ir.FunctionType(ir.VoidType(), [byte] + [hint.type for hint in hints])
+        function = cgutils.get_or_insert_function(builder.module, signature_of_prefetch, "llvm.prefetch.p0")
+        builder.call(function, [builder.bitcast(address, byte), *hints])
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp), codegen
+
+
+@intrinsic
+def lane_numbers(typingctx):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Return 0, 1, ..., 15."""
+    numbers = ir.Constant(_FLOATS, [float(lane) for lane in range(LANES)])
+    return VECTOR(), lambda context, builder, signature, arguments: numbers
+
+
 load = _load
 store = _store
 broadcast = _elementwise(1, VECTOR, lambda builder, a: a)
@@ -200,6 +225,10 @@ _minimum = _elementwise(2, VECTOR, lambda builder, a, b: builder.select(builder.
 _maximum = _elementwise(2, VECTOR, lambda builder, a, b: builder.select(builder.fcmp_ordered(">", a, b), a, b))
 _square_root = _elementwise(1, VECTOR, lambda builder, a: _call(builder, "llvm.sqrt.v16f32", _FLOATS, [a]))
 _absolute = _elementwise(1, VECTOR, lambda builder, a: _call(builder, "llvm.fabs.v16f32", _FLOATS, [a]))
+
+
+floor = _elementwise(1, VECTOR, lambda builder, a: _call(builder, "llvm.floor.v16f32", _FLOATS, [a]))
+ceil = _elementwise(1, VECTOR, lambda builder, a: _call(builder, "llvm.ceil.v16f32", _FLOATS, [a]))
 
 
 @intrinsic
@@ -305,22 +334,15 @@ def exp2(typingctx, exponent):  # type: ignore[no-untyped-def]  # noqa: ANN001, 
     return VECTOR(VECTOR), codegen
 
 
-def _fold(builder: Any, vector: Any, keep: int) -> Any:
-    """Add the upper half of the lanes to the lower until ``keep`` are left; a fixed order, so the same bits each time."""
-    lanes = vector.type.count
-    while lanes > keep:
-        lanes //= 2
-        undefined = ir.Constant(vector.type, ir.Undefined)
-        halves = [
-            builder.shuffle_vector(
-                vector,
-                undefined,
-                ir.Constant(ir.VectorType(ir.IntType(32), lanes), [start + lane for lane in range(lanes)]),
-            )
-            for start in (0, lanes)
-        ]
-        vector = builder.fadd(*halves)
-    return vector
+def _shuffle(builder: Any, a: Any, b: Any, lanes: list[int]) -> Any:
+    return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(ir.IntType(32), len(lanes)), lanes))
+
+
+def _fold_pair(builder: Any, a: Any, b: Any, group: int) -> Any:
+    """Halve groups of ``group`` lanes of two vectors and return both, those of ``a`` before those of ``b``."""
+    half = group // 2
+    lower = [start + lane for start in range(0, 2 * LANES, group) for lane in range(half)]
+    return builder.fadd(_shuffle(builder, a, b, lower), _shuffle(builder, a, b, [lane + half for lane in lower]))
 
 
 @intrinsic
@@ -328,6 +350,55 @@ def sum_lanes(typingctx, vector):  # type: ignore[no-untyped-def]  # noqa: ANN00
     """Return the sum of the sixteen numbers, as a scalar."""
 
     def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.extract_element(_fold(builder, arguments[0], 1), ir.Constant(ir.IntType(32), 0))
+        vector = arguments[0]
+        for group in (16, 8, 4, 2):
+            vector = _fold_pair(builder, vector, vector, group)
+        return builder.extract_element(vector, ir.Constant(ir.IntType(32), 0))
 
     return types.float32(VECTOR), codegen
+
+
+@intrinsic
+def add_row_sums(typingctx, rows, start, like, sums, to):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Add to ``sums``, from place ``to`` on, the sums of consecutive rows of sixteen numbers in ``rows``.
+
+    As many rows as the tuple ``like`` is long; a multiple of sixteen elements of ``sums`` is written, with 0 added to the
+    superfluous ones. Sixteen rows are folded together, which takes a third of the instructions that folding each would.
+    """
+    count = len(like)
+
+    def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        def element(place: int, offset: int) -> Any:
+            index = builder.add(arguments[place + 1], ir.Constant(arguments[place + 1].type, offset))
+            return _address(context, builder, signature.args[place], arguments[place], index)
+
+        for first in range(0, count, LANES):
+            here = range(first, min(first + LANES, count))
+            vectors = [builder.load(element(0, row * LANES), align=4, typ=_FLOATS) for row in here]
+            group = LANES
+            while group > 1:
+                pairs = [(vectors[k], (vectors[k + 1 : k + 2] or [_constant(0.0)])[0]) for k in range(0, len(vectors), 2)]
+                vectors = [_fold_pair(builder, a, b, group) for a, b in pairs]
+                group //= 2
+            target = element(3, first)
+            total = builder.fadd(builder.load(target, align=4, typ=_FLOATS), vectors[0])
+            builder.store(total, target, align=4)
+        return context.get_dummy_value()
+
+    return types.void(rows, types.intp, like, sums, types.intp), codegen
+
+
+@register_jitable
+def aligned_empty(count):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Return ``count`` float32 elements of memory that begin at a cache line, so that no vector in it straddles two."""
+    room = np.empty(count + LANES, np.float32)
+    start = (-room.ctypes.data % 64) // 4
+    return room[start : start + count]
+
+
+@register_jitable
+def aligned_full(count, value):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Return :func:`aligned_empty` filled with ``value``."""
+    array = aligned_empty(count)
+    array[:] = np.float32(value)
+    return array

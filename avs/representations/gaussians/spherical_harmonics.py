@@ -187,9 +187,7 @@ def _color_backward_kernel(degree, means, centre, coefficients, colors, v_colors
         x, y, z = x * scale, y * scale, z * scale
         evaluate_basis(degree, x, y, z, basis)
         for k in range(terms):
-            weights[k] = (
-                v[0] * coefficients[i, k, 0] + v[1] * coefficients[i, k, 1] + v[2] * coefficients[i, k, 2]
-            )
+            weights[k] = v[0] * coefficients[i, k, 0] + v[1] * coefficients[i, k, 1] + v[2] * coefficients[i, k, 2]
             for c in range(3):
                 v_coefficients[i, k, c] += basis[k] * v[c]
         gx, gy, gz = basis_gradient(degree, x, y, z, weights)

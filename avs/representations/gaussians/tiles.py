@@ -8,12 +8,20 @@ its opacity is 1/255 reaches the tile's pixel centres: the test is exact for eac
 import numpy as np
 
 from avs.representations.gaussians.kernels import inline, kernel
+from avs.representations.gaussians.records import LOG2_ALPHA_MIN, LOG_OPACITY, RADIUS_X, RADIUS_Y, XX, XY, YY, X, Y
+from avs.representations.gaussians.simd import (
+    LANES, aligned_empty, aligned_full, ceil, floor, load, maximum, minimum, square_root, store, where,
+)  # fmt: skip
 
 TILE = 8
+# Beyond any image's last column.
+_FAR = 1e6
 # Pixels, and share of the squared Mahalanobis distance, by which an ellipse is widened, so that rounding in the float32
 # blending loop, which decides, cannot find a pixel outside.
 _SLACK = 0.01
 _SLACK_LEVEL = 1e-3
+# Keeps the extents finite where a long, thin ellipse's determinant is lost in rounding.
+_LEAST_DETERMINANT = 1e-30
 
 
 @kernel
@@ -53,16 +61,6 @@ def depth_order(depths, radii):  # type: ignore[no-untyped-def]  # noqa: ANN001,
 
 
 @inline
-def _span(a, b, determinant, level, turn, low, high):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return the interval of dx that ``a dx^2 + 2 b dx dy + c dy^2 <= level`` covers for dy in low..high."""
-    right = min(max(turn, low), high)
-    left = min(max(-turn, low), high)
-    reach_right = (-b * right + np.sqrt(max(a * level - determinant * right * right, 0.0))) / a
-    reach_left = (-b * left - np.sqrt(max(a * level - determinant * left * left, 0.0))) / a
-    return reach_left - _SLACK, reach_right + _SLACK
-
-
-@inline
 def _grown(array, used, extra):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return ``array``, or a longer copy, with room for ``extra`` more elements than ``used``."""
     if used + extra <= len(array):
@@ -72,61 +70,128 @@ def _grown(array, used, extra):  # type: ignore[no-untyped-def]  # noqa: ANN001,
     return longer
 
 
+@inline
+def _next_live(live, columns, rows):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return, per row and column, the first column from there on with a live tile; ``columns`` if there is none."""
+    following = np.empty((rows, columns + 1), np.int32)
+    for row in range(rows):
+        following[row, columns] = columns
+        for column in range(columns - 1, -1, -1):
+            following[row, column] = column if live[row * columns + column] else following[row, column + 1]
+    return following
+
+
+@inline
+def _spans(ellipses, height, spans):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Fill ``spans [height, 2, 16]`` with the first and last tile columns of sixteen ellipses, row of tiles by row.
+
+    ``ellipses`` are vectors of sixteen: centre relative to the first pixel's (x, y), a record's quadratic form and
+    logarithm of the opacity, first row of pixels. A row that is not met ends at column -1.
+    """
+    # a dx^2 + 2 b dx dy + c dy^2 <= level inside the ellipse
+    x, y = load(ellipses, 0), load(ellipses, LANES)
+    a, b, c = -load(ellipses, 2 * LANES), -0.5 * load(ellipses, 3 * LANES), -load(ellipses, 4 * LANES)
+    level = maximum(load(ellipses, 5 * LANES) - LOG2_ALPHA_MIN, 0.0) * (1.0 + _SLACK_LEVEL)
+    row = load(ellipses, 6 * LANES) - y
+    determinant = maximum(a * c - b * b, _LEAST_DETERMINANT)
+    inverse = 1.0 / a
+    half_height = square_root(level * a / determinant)
+    # where the ellipse reaches farthest right; the leftmost point is opposite
+    turn = -b * square_root(level / (c * determinant))
+    squared = a * level
+    for r in range(height):
+        low = maximum(row, -half_height)
+        high = minimum(row + float(TILE - 1), half_height)
+        at_right = minimum(maximum(turn, low), high)
+        at_left = minimum(maximum(-turn, low), high)
+        reach_right = square_root(maximum(squared - determinant * at_right * at_right, 0.0)) - b * at_right
+        reach_left = square_root(maximum(squared - determinant * at_left * at_left, 0.0)) + b * at_left
+        first = ceil(x - reach_left * inverse - _SLACK)
+        last = floor(x + reach_right * inverse + _SLACK)
+        met = (first <= last) & (low <= high + _SLACK)
+        store(spans, 2 * r * LANES, floor(maximum(first, 0.0) * (1.0 / TILE)))
+        store(spans, (2 * r + 1) * LANES, where(met, floor(minimum(last, _FAR) * (1.0 / TILE)), -1.0))
+        row = row + float(TILE)
+
+
+@inline
+def _gather(records, place, following, ellipses, boxes):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Take the next Gaussians, up to sixteen, that may touch a live tile. Return the next place and how many there are.
+
+    ``boxes [16, 5]`` gets each one's place and box of tiles: left, right, top, bottom.
+    """
+    half, zero = np.float32(0.5), np.float32(0.0)
+    rows, columns = following.shape[0], following.shape[1] - 1
+    count = 0
+    while place < len(records) and count < LANES:
+        x, y = records[place, X] - half, records[place, Y] - half
+        radius_x, radius_y = records[place, RADIUS_X], records[place, RADIUS_Y]
+        left = int(max(np.ceil(x - radius_x), zero)) >> 3
+        right = int(min(np.floor(x + radius_x), np.float32(TILE * columns - 1))) >> 3
+        top = int(max(np.ceil(y - radius_y), zero)) >> 3
+        bottom = int(min(np.floor(y + radius_y), np.float32(TILE * rows - 1))) >> 3
+        while top <= bottom and following[top, left] > right:
+            top += 1
+        if top <= bottom:
+            boxes[count, 0], boxes[count, 1], boxes[count, 2] = place, left, right
+            boxes[count, 3], boxes[count, 4] = top, bottom
+            ellipses[count] = x
+            ellipses[LANES + count] = y
+            for k in range(4):
+                ellipses[(2 + k) * LANES + count] = records[place, XX + k]
+            ellipses[6 * LANES + count] = np.float32(TILE * top)
+            count += 1
+        place += 1
+    return place, count
+
+
 @kernel
-def tile_lists(order, start, budget, means2d, conics, opacities, columns, rows, live, offsets, entries, used):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Append the lists of the next Gaussians, from place ``start`` of ``order`` on, until ``budget`` entries are there.
+def tile_lists(records, start, budget, columns, rows, live, offsets, entries, used):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Append the lists of the next Gaussians, from place ``start`` on, until ``budget`` entries are there.
 
     Args:
-        order: indices of the Gaussians from near to far.
-        start: first place in ``order`` to take.
+        records: the Gaussians from near to far, as :mod:`~avs.representations.gaussians.records` lays them out.
+        start: first place in ``records`` to take.
         budget: end after the Gaussian that reaches this number of entries.
-        means2d: centres in pixels ``[N, 2]``.
-        conics: ``[N, 3]``.
-        opacities: ``[N]``.
         columns: tiles in a row.
         rows: rows of tiles.
         live: per tile, 0 if it needs no more entries.
         offsets: ``[tiles + 1]``, filled: where each tile's list begins in ``entries``.
-        entries: places in ``order``, tile by tile; replaced by a longer array where it is too short.
+        entries: places in ``records``, tile by tile; replaced by a longer array where it is too short.
         used: how many of ``entries`` are taken already.
 
     Returns:
-        The next place in ``order``, ``entries``, and the new ``used``.
+        The next place in ``records``, ``entries``, and the new ``used``.
     """
-    tiles = np.empty(2 * budget, np.int32)
-    places = np.empty(2 * budget, np.int32)
+    following = _next_live(live, columns, rows)
+    ellipses = aligned_full(7 * LANES, 1.0)
+    boxes = np.empty((LANES, 5), np.int64)
+    spans = aligned_empty(2 * rows * LANES)
+    # sixteen Gaussians may go beyond the budget by what they touch themselves
+    tiles = np.empty(budget + LANES * columns * rows, np.int32)
+    places = np.empty(budget + LANES * columns * rows, np.int32)
     counts = np.zeros(columns * rows + 1, np.int32)
     found = 0
     place = start
-    while place < len(order) and found < budget:
-        i = order[place]
-        a, b, c = np.float64(conics[i, 0]), np.float64(conics[i, 1]), np.float64(conics[i, 2])
-        x, y = means2d[i, 0] - 0.5, means2d[i, 1] - 0.5
-        determinant = a * c - b * b
-        level = 2.0 * np.log(255.0 * np.float64(opacities[i])) * (1.0 + _SLACK_LEVEL)
-        if level >= 0.0 and determinant > 0.0:
-            half_height = np.sqrt(level * a / determinant)
-            turn = -b * np.sqrt(level / (c * determinant))
-            first = max(np.ceil(y - half_height - _SLACK), 0.0)
-            last = min(np.floor(y + half_height + _SLACK), TILE * rows - 1.0)
-            if first <= last:
-                top, bottom = int(first) // TILE, int(last) // TILE
-                tiles = _grown(tiles, found, columns * (bottom - top + 1))
-                places = _grown(places, found, columns * (bottom - top + 1))
-                for row in range(top, bottom + 1):
-                    low = max(TILE * row - y, -half_height)
-                    high = min(TILE * row + (TILE - 1) - y, half_height)
-                    near, far = _span(a, b, determinant, level, turn, low, high)
-                    near = max(np.ceil(x + near), 0.0)
-                    far = min(np.floor(x + far), TILE * columns - 1.0)
-                    if near <= far:
-                        for tile in range(row * columns + int(near) // TILE, row * columns + int(far) // TILE + 1):
-                            if live[tile]:
-                                tiles[found] = tile
-                                places[found] = place
-                                counts[tile + 1] += 1
-                                found += 1
-        place += 1
+    while place < len(records) and found < budget:
+        place, count = _gather(records, place, following, ellipses, boxes)
+        height = 0
+        for lane in range(count):
+            height = max(height, boxes[lane, 4] - boxes[lane, 3] + 1)
+        _spans(ellipses, height, spans)
+        for lane in range(count):
+            top = boxes[lane, 3]
+            for row in range(top, boxes[lane, 4] + 1):
+                at = 2 * LANES * (row - top) + lane
+                first = row * columns + max(int(spans[at]), boxes[lane, 1])
+                last = row * columns + min(int(spans[at + LANES]), boxes[lane, 2])
+                for tile in range(first, last + 1):
+                    # written in any case, kept if the tile is live
+                    tiles[found] = tile
+                    places[found] = boxes[lane, 0]
+                    alive = np.int32(live[tile] != 0)
+                    counts[tile + 1] += alive
+                    found += alive
     entries = _grown(entries, used, found)
     offsets[0] = used
     for tile in range(columns * rows):
