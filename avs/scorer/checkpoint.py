@@ -24,7 +24,8 @@ def save_network(path: Path, network: CrossReferenceNetwork) -> None:
     # safetensors keeps the entries of its header in no fixed order, hence a single one.
     header = {"network": canonical_json({"format": _FORMAT, "settings": network.settings.model_dump(mode="json")})}
     with atomic_path(path) as temporary:
-        safetensors.torch.save_file(state, temporary, metadata=header)
+        # save_file would put a file of its own there, readable by its owner alone
+        temporary.write_bytes(safetensors.torch.save(state, metadata=header))
 
 
 def load_network(path: Path) -> CrossReferenceNetwork:

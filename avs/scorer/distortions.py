@@ -109,7 +109,8 @@ def write_distortions(path: Path, data: Distortions) -> None:
     # safetensors keeps the entries of its metadata in no fixed order, hence a single one.
     metadata = {"header": canonical_json(header.model_dump(mode="json"))}
     with atomic_path(path) as temporary:
-        safetensors.numpy.save_file(contiguous, temporary, metadata=metadata)
+        # save_file would put a file of its own there, readable by its owner alone
+        temporary.write_bytes(safetensors.numpy.save(contiguous, metadata=metadata))
 
 
 def read_distortions(path: Path) -> Distortions:

@@ -21,6 +21,38 @@ _IMAGENET_MEAN = (0.485, 0.456, 0.406)
 _IMAGENET_DEVIATION = (0.229, 0.224, 0.225)
 
 
+class DecoderLayer(nn.Module):
+    """A layer of a transformer decoder: post-norm, no dropout, as ``nn.TransformerDecoderLayer`` computes it.
+
+    It differs in that several query images can share a list of reference tokens, whose keys and values are then
+    computed once: half of a training step otherwise.
+    """
+
+    def __init__(self, width: int, heads: int, hidden: int) -> None:
+        """Build a layer of ``heads`` attention heads and a feed-forward part of width ``hidden``."""
+        super().__init__()
+        self.self_attention = nn.MultiheadAttention(width, heads, batch_first=True)
+        self.cross_attention = nn.MultiheadAttention(width, heads, batch_first=True)
+        self.feed_forward = nn.Sequential(nn.Linear(width, hidden), nn.ReLU(), nn.Linear(hidden, width))
+        self.norms = nn.ModuleList(nn.LayerNorm(width) for _ in range(3))
+
+    def forward(self, queries: Tensor, references: Tensor, absent: Tensor | None) -> Tensor:
+        """Return the new query tokens.
+
+        Args:
+            queries: ``[n, tokens, width]``, one row per image.
+            references: ``[s, tokens, width]``; s divides n, and n/s successive images share a row.
+            absent: ``[s, tokens]`` bool, True where a reference token does not count; None if nowhere.
+        """
+        attended, _ = self.self_attention(queries, queries, queries, need_weights=False)
+        x: Tensor = self.norms[0](queries + attended)
+        together = x.reshape(len(references), -1, x.shape[-1])
+        attended, _ = self.cross_attention(together, references, references, absent, need_weights=False)
+        x = self.norms[1](x + attended.reshape(x.shape))
+        x = self.norms[2](x + self.feed_forward(x))
+        return x
+
+
 class CrossReferenceNetwork(nn.Module):
     """Predicts SSIM maps without the true image.
 
@@ -40,10 +72,8 @@ class CrossReferenceNetwork(nn.Module):
         # The stages' widths differ; a 1x1 convolution brings each to that of a token.
         self.projections = nn.ModuleList(nn.Conv2d(channels, width, 1) for channels in backbone.channels)
         self.positions = PositionCodes(width, settings.position_size, settings.position_seed)
-        # Post-norm, no dropout, no norm after the last layer. (nn.TransformerDecoder would start all layers equal.)
         self.decoder = nn.ModuleList(
-            nn.TransformerDecoderLayer(width, settings.heads, settings.hidden, dropout=0.0, batch_first=True)
-            for _ in range(settings.layers)
+            DecoderLayer(width, settings.heads, settings.hidden) for _ in range(settings.layers)
         )
         self.head = nn.Sequential(
             nn.Linear(width, width), nn.LeakyReLU(0.01), nn.Linear(width, PATCH * PATCH), nn.Sigmoid()
@@ -81,9 +111,10 @@ class CrossReferenceNetwork(nn.Module):
 
         Args:
             queries: ``[n, rows, columns, channels]``, tokens from ``encode``.
-            references: ``[n, tokens, channels]``, the tokens of all reference images of each query, one after another;
-                their order does not matter.
-            absent: ``[n, tokens]`` bool, True where ``references`` is only filled up; None if nowhere.
+            references: ``[s, tokens, channels]``, the tokens of all reference images, one after another; their order
+            does
+                not matter. s divides n: n/s successive query images share the same references.
+            absent: ``[s, tokens]`` bool, True where ``references`` is only filled up; None if nowhere.
 
         Returns:
             ``[n, 14 rows, 14 columns]`` in 0..1.
@@ -91,7 +122,7 @@ class CrossReferenceNetwork(nn.Module):
         count, rows, columns, _ = queries.shape
         tokens = queries.flatten(1, 2)
         for layer in self.decoder:
-            tokens = layer(tokens, references, memory_key_padding_mask=absent)
+            tokens = layer(tokens, references, absent)
         patches: Tensor = self.head(tokens).view(count, rows, columns, PATCH, PATCH)
         return patches.transpose(2, 3).reshape(count, rows * PATCH, columns * PATCH)
 

@@ -149,16 +149,13 @@ def fit(
 def loss(network: CrossReferenceNetwork, batch: Batch) -> Tensor:
     """Return the mean absolute error of the predicted SSIM maps, CrossScore's training loss."""
     sets, per_set = batch.queries.shape[:2]
-    count = batch.references.shape[1]
     images = torch.cat([batch.queries.flatten(0, 1), batch.references.flatten(0, 1)])
     tokens = network.encode(images.contiguous(memory_format=torch.channels_last))
     queries, references = tokens[: sets * per_set], tokens[sets * per_set :]
-    # every query of a set sees the set's references, one after another
-    memory = references.reshape(sets, 1, -1, references.shape[-1]).expand(-1, per_set, -1, -1).flatten(0, 1)
+    memory = references.reshape(sets, -1, references.shape[-1])
     absent = None
     if not bool(batch.present.all()):
-        per_token = (~batch.present).repeat_interleave(memory.shape[1] // count, dim=1)
-        absent = per_token.repeat_interleave(per_set, dim=0)
+        absent = (~batch.present).repeat_interleave(memory.shape[1] // batch.present.shape[1], dim=1)
     return functional.l1_loss(network.predict(queries, memory, absent), batch.maps.flatten(0, 1))
 
 

@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from avs.scorer.backbones import fused
-from avs.scorer.network import build_network
+from avs.scorer.network import DecoderLayer, build_network
 from avs.scorer.positions import PositionCodes
 from avs.scorer.settings import NetworkSettings
 from tests.tolerances import FLOAT32_NETWORK
@@ -63,10 +63,10 @@ class _Twin:
         memory = np.concatenate(references)
         for layer in range(2):
             name = f"decoder.{layer}"
-            x = self._norm(x + self._attention(x, x, f"{name}.self_attn"), f"{name}.norm1")
-            x = self._norm(x + self._attention(x, memory, f"{name}.multihead_attn"), f"{name}.norm2")
-            hidden = np.maximum(self._linear(x, f"{name}.linear1"), 0)
-            x = self._norm(x + self._linear(hidden, f"{name}.linear2"), f"{name}.norm3")
+            x = self._norm(x + self._attention(x, x, f"{name}.self_attention"), f"{name}.norms.0")
+            x = self._norm(x + self._attention(x, memory, f"{name}.cross_attention"), f"{name}.norms.1")
+            hidden = np.maximum(self._linear(x, f"{name}.feed_forward.0"), 0)
+            x = self._norm(x + self._linear(hidden, f"{name}.feed_forward.2"), f"{name}.norms.2")
         hidden = self._linear(x, "head.0")
         hidden = np.where(hidden > 0, hidden, 0.01 * hidden)
         values = 1 / (1 + np.exp(-self._linear(hidden, "head.2")))
@@ -150,6 +150,43 @@ def test_absent_tokens_do_not_count(network):
     assert float((both - alone).abs().max()) > FLOAT32_NETWORK
 
 
+def test_images_of_one_set_share_their_references(network):
+    with torch.inference_mode():
+        tokens = network.encode(_pictures(6, 42, 56))
+        queries, memory = tokens[:4], tokens[4:].flatten(1, 2)
+        absent = torch.zeros(2, 12, dtype=torch.bool)
+        absent[1, 7:] = True
+        shared = network.predict(queries, memory, absent)
+        repeated = network.predict(queries, memory.repeat_interleave(2, dim=0), absent.repeat_interleave(2, dim=0))
+    torch.testing.assert_close(shared, repeated, rtol=0, atol=FLOAT32_NETWORK)
+
+
+def test_decoder_layer_is_that_of_torch():
+    torch.manual_seed(0)
+    own, other = (
+        DecoderLayer(32, 4, 48).eval(),
+        torch.nn.TransformerDecoderLayer(32, 4, 48, 0.0, batch_first=True).eval(),
+    )
+    names = {
+        "self_attention": "self_attn",
+        "cross_attention": "multihead_attn",
+        "feed_forward.0": "linear1",
+        "feed_forward.2": "linear2",
+        **{f"norms.{i}": f"norm{i + 1}" for i in range(3)},
+    }
+    other.load_state_dict(
+        {
+            names[part] + key.removeprefix(part): value
+            for key, value in own.state_dict().items()
+            for part in names
+            if key.startswith(part)
+        }
+    )
+    x, memory = torch.randn(2, 5, 32), torch.randn(2, 9, 32)
+    absent = torch.tensor([[False] * 9, [False] * 6 + [True] * 3])
+    torch.testing.assert_close(own(x, memory, absent), other(x, memory, memory_key_padding_mask=absent))
+
+
 def test_fused_network_predicts_the_same(network):
     merged = network.with_backbone(fused(network.backbone))
     images = _pictures(2, 56, 70)
@@ -180,5 +217,5 @@ def test_weights_depend_on_the_seed_alone():
     torch.manual_seed(10)
     second = build_network(NetworkSettings(), seed=1).state_dict()
     assert all(torch.equal(first[key], second[key]) for key in first)
-    layers = [first[f"decoder.{i}.linear1.weight"] for i in range(2)]
+    layers = [first[f"decoder.{i}.feed_forward.0.weight"] for i in range(2)]
     assert not torch.equal(*layers)
