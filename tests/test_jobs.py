@@ -1,12 +1,12 @@
 """A job's log, its one line for a fault, and its end with its parent."""
 
+import contextlib
 import os
 import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
-
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -75,10 +75,8 @@ time.sleep(60)
 
 def with_group(pid):
     """End whatever the test left behind."""
-    try:
+    with contextlib.suppress(ProcessLookupError):
         os.killpg(pid, signal.SIGKILL)
-    except ProcessLookupError:
-        pass
 
 
 def _children(pid):
