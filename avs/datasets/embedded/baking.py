@@ -13,7 +13,7 @@ from scipy.sparse import coo_matrix
 
 from avs.datasets.embedded.lighting import OFFSET, Lighting, Sky, frame, lamp_directions, sun_directions
 from avs.datasets.embedded.model import Array, Model
-from avs.datasets.embedded.raycast import Caster, Hits
+from avs.datasets.embedded.raycast import Caster
 
 
 @dataclass(frozen=True)
@@ -56,27 +56,32 @@ def bake(
         rooms = np.flatnonzero(~outside)
         sky[rooms] += _through_windows(origin[rooms], normal[rooms], caster, lighting, rng)
     gatherings = [
-        _gather(rows, count, origin, normal, caster, rng) for rows, count in _shares(model, first, rays) if len(rows)
+        _gather(model, rows, count, origin, normal, caster, rng)
+        for rows, count in _shares(model, first, rays)
+        if len(rows)
     ]
     for part in gatherings:
         sky[part.sites] += part.mean(part.open_sky(lighting.sky)) * outside[part.sites, None]
     ambient = sky
     for _ in range(bounces):
-        light = (ambient + direct)[model.site] * model.shade
+        radiance = _outgoing(model, albedo, ambient + direct)
         ambient = sky.copy()
         for part in gatherings:
-            ambient[part.sites] += part.mean(_reflected(model, part, albedo, light))
+            ambient[part.sites] += part.mean(radiance[part.source])
     at_vertices = _smooth(model, ambient[model.site])
     return BakedLight(at_vertices, at_vertices + direct[model.site])
 
 
 @dataclass(frozen=True)
 class _Gathering:
-    """The rays of some sites: ``sites`` ``[s]``, ``directions`` ``[s * rays, 3]``, site by site, and what they meet."""
+    """The rays of some sites: ``sites`` ``[s]``, ``directions`` ``[s * rays, 3]`` site by site.
+
+    ``source`` ``[s * rays]`` is the triangle that a ray meets; -1 is darkness, -2 the sky.
+    """
 
     sites: npt.NDArray[np.int64]
     directions: Array
-    hits: Hits
+    source: npt.NDArray[np.int64]
 
     def mean(self, radiance: Array) -> Array:
         """Return the mean over each site's rays."""
@@ -85,7 +90,7 @@ class _Gathering:
     def open_sky(self, sky: Sky) -> Array:
         """Return the sky's radiance where a ray leaves the scene, else 0."""
         radiance = np.zeros_like(self.directions)
-        missed = np.flatnonzero(self.hits.triangle < 0)
+        missed = np.flatnonzero(self.source == -2)
         radiance[missed] = sky(self.directions[missed], smooth=False)
         return radiance
 
@@ -100,10 +105,21 @@ def _shares(model: Model, first: npt.NDArray[np.int64], rays: int) -> list[tuple
 
 
 def _gather(
-    rows: npt.NDArray[np.int64], rays: int, origin: Array, normal: Array, caster: Caster, rng: np.random.Generator
+    model: Model,
+    rows: npt.NDArray[np.int64],
+    rays: int,
+    origin: Array,
+    normal: Array,
+    caster: Caster,
+    rng: np.random.Generator,
 ) -> _Gathering:
     directions = _hemispheres(normal[rows], rays, rng).reshape(-1, 3)
-    return _Gathering(rows, directions, caster.nearest(np.repeat(origin[rows], rays, axis=0), directions))
+    source = caster.nearest(np.repeat(origin[rows], rays, axis=0), directions).triangle
+    triangle = np.maximum(source, 0)
+    through = np.array([m.translucency > 0 for m in model.materials])[model.triangle_material[triangle]]
+    # The inside of a solid is dark: a vertex that lies within another object must not glow.
+    front = np.einsum("ij,ij->i", directions, model.normals[model.triangles[triangle, 0]]) < 0
+    return _Gathering(rows, directions, np.where(source < 0, -2, np.where(front | through, source, -1)))
 
 
 def _hemispheres(normal: Array, rays: int, rng: np.random.Generator) -> Array:
@@ -172,19 +188,15 @@ def _through_windows(
     return total
 
 
-def _reflected(model: Model, part: _Gathering, albedo: Array, light: Array) -> Array:
-    """Return the radiance ``[n, 3]`` that each ray meets, under ``light`` ``[v, 3]`` times the reflectance's shade."""
-    radiance = np.zeros_like(part.directions)
-    found = np.flatnonzero(part.hits.triangle >= 0)
-    triangle = part.hits.triangle[found]
-    corners, weights = model.triangles[triangle], part.hits.weights[found]
-    material = model.triangle_material[triangle]
-    arriving = sum(weights[:, k, None] * light[corners[:, k]] for k in range(3)) * albedo[material]
-    emission = np.array([m.emission for m in model.materials], np.float32)[material]
-    through = np.array([m.translucency > 0 for m in model.materials])[material]
-    # The inside of a solid is dark: a vertex that lies within another object must not glow.
-    front = np.einsum("ij,ij->i", part.directions[found], model.normals[corners[:, 0]]) < 0
-    radiance[found] = (arriving + emission) * (front | through)[:, None]
+def _outgoing(model: Model, albedo: Array, light: Array) -> Array:
+    """Return the radiance ``[t + 2, 3]`` of each triangle under site ``light``, and of nothing: twice 0 at the end."""
+    shaded = light[model.site] * model.shade
+    mean = (shaded[model.triangles[:, 0]] + shaded[model.triangles[:, 1]] + shaded[model.triangles[:, 2]]) * np.float32(
+        1 / 3
+    )
+    emission = np.array([m.emission for m in model.materials], np.float32)
+    radiance = np.zeros((len(mean) + 2, 3), np.float32)
+    radiance[:-2] = mean * albedo[model.triangle_material] + emission[model.triangle_material]
     return radiance
 
 

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from avs.datasets.embedded.model import Group, Material, Mesh, moved, unit
-from avs.datasets.embedded.props import color
-from avs.datasets.embedded.shapes import box, quad
+from avs.datasets.embedded.plants import bouquet
+from avs.datasets.embedded.props import blossom, color, paint
+from avs.datasets.embedded.shapes import box, quad, tube
 
 Generator = np.random.Generator
 Opening = tuple[float, float, float, float]
@@ -47,9 +48,9 @@ def wall(
                 )
     for left, bottom, w, h in openings:
         group += [
-            quad((left, thickness, bottom), (0, -thickness, 0), (0, 0, h), back, cell),
-            quad((left + w, 0, bottom), (0, thickness, 0), (0, 0, h), back, cell),
-            quad((left, thickness, bottom + h), (0, -thickness, 0), (w, 0, 0), back, cell),
+            quad((left, 0, bottom), (0, thickness, 0), (0, 0, h), back, cell),
+            quad((left + w, thickness, bottom), (0, -thickness, 0), (0, 0, h), back, cell),
+            quad((left, thickness, bottom + h), (w, 0, 0), (0, -thickness, 0), back, cell),
         ]
         if bottom > 0:
             group.append(quad((left, 0, bottom), (w, 0, 0), (0, thickness, 0), back, cell))
@@ -103,9 +104,10 @@ def house(rng: Generator) -> Group:
     """Return a house with its front at y = 0 facing -y, centred in x."""
     width, depth, eaves = rng.uniform(7, 10), 6.0, rng.uniform(3.0, 5.4)
     name = ("bricks", "plaster", "rubble")[int(rng.integers(3))]
-    tint = color(rng, 0.8, 1.25) if name == "plaster" else (1.0, 1.0, 1.0)
+    tint = paint(rng) if name == "plaster" else (1.0, 1.0, 1.0)
     face = Material(name, {"bricks": 1.05, "plaster": 3.0, "rubble": 1.8}[name], tint, 0.85, relief=0.01)
     frame = Material("wood", 0.8, color(rng, 0.7, 1.6), 0.5)
+    shutters = color(rng, 0.25, 0.6)
     door_at: Opening = (width * rng.uniform(0.4, 0.5), 0.1, 1.0, 2.1)
     windows: list[Opening] = [(width * 0.12, 0.9, 1.1, 1.25), (width * 0.72, 0.9, 1.1, 1.25)]
     if eaves > 4.6:
@@ -114,8 +116,10 @@ def house(rng: Generator) -> Group:
     group += door(door_at, 0.3, rng)
     for opening in windows:
         group += casement(opening, 0.3, frame, True)
-        group += _shutters(opening, color(rng, 0.2, 0.6))
-    group += _gables(width, depth, eaves, face)
+        group += _shutters(opening, shutters)
+        if rng.random() < 0.6:
+            group += _flower_box(opening, rng)
+    group += _gables(width, depth, eaves, face) + _trim(width, eaves, door_at, rng)
     return moved(group, -width / 2, 0, 0)
 
 
@@ -126,6 +130,43 @@ def _shutters(opening: Opening, paint: tuple[float, float, float]) -> Group:
         box((w * 0.45, 0.04, h), material, 0.3, 0.006).moved(x, -0.03, bottom)
         for x in (left - w * 0.25, left + w * 1.25)
     ]
+
+
+def _flower_box(opening: Opening, rng: Generator) -> Group:
+    left, bottom, w, _ = opening
+    trough = box((w * 0.9, 0.2, 0.18), Material("planks", 0.6, (0.8, 0.7, 0.6), 0.7), 0.2, 0.01)
+    group = moved([trough], left + w / 2, -0.18, bottom - 0.16)
+    for x in np.linspace(0.15, 0.85, 4):
+        group += moved(bouquet(0.16, 0.34, 8, rng, blossom(rng)), left + w * x, -0.18, bottom)
+    return group
+
+
+def _trim(width: float, eaves: float, door_at: Opening, rng: Generator) -> Group:
+    """Return corner stones, the base, the gutter with its pipe, and a lantern beside the door."""
+    tone = rng.uniform(0.7, 1.1)
+    stone = Material("stone", 1.0, (tone, tone, tone * 0.95), 0.8, relief=0.004)
+    zinc = Material("metal", 0.6, (0.6, 0.62, 0.65), 0.4, 0.4)
+    group: Group = []
+    for k, z in enumerate(np.arange(0.45, eaves - 0.25, 0.3)):
+        for x, sign in ((0.0, 1), (width, -1)):
+            size = 0.5 if k % 2 else 0.32
+            group.append(
+                box((size, 0.06, 0.28), stone, 0.3, 0.01).moved(x + sign * size / 2, -0.01, float(z)).shifted(rng)
+            )
+    for a, b in ((0.0, door_at[0] - 0.06), (door_at[0] + door_at[2] + 0.06, width)):
+        group.append(box((b - a, 0.07, 0.45), stone, 0.3, 0.012).moved((a + b) / 2, -0.015, 0))
+    line = np.array(
+        [[-0.35, -0.41, eaves - 0.33], [width / 2, -0.41, eaves - 0.35], [width + 0.35, -0.41, eaves - 0.37]]
+    )
+    group.append(tube(line, np.full(3, 0.06), zinc, 8))
+    pipe = np.array([[width - 0.6, -0.4, eaves - 0.36], [width - 0.6, -0.08, eaves - 0.75], [width - 0.6, -0.08, 0.05]])
+    group.append(tube(pipe, np.full(3, 0.045), zinc, 8))
+    x, z = door_at[0] - 0.35, 1.9
+    iron = Material("metal", 0.3, (0.08, 0.08, 0.08), 0.4, 0.2)
+    group.append(box((0.14, 0.14, 0.24), Material("marble", 0.3, (0.9, 0.85, 0.7), 0.15), 0.1, 0.02).moved(x, -0.16, z))
+    group.append(box((0.19, 0.19, 0.03), iron, 0.2, 0.006).moved(x, -0.16, z + 0.24))
+    group.append(box((0.03, 0.18, 0.03), iron, 0.2, 0.004).moved(x, -0.08, z + 0.26))
+    return group
 
 
 def _gables(width: float, depth: float, eaves: float, face: Material) -> Group:

@@ -9,7 +9,7 @@ from avs.datasets.embedded.lens import Lens
 from avs.datasets.embedded.model import Array
 from avs.datasets.embedded.photographs import to_srgb
 
-WHITE = 4.0
+WHITE = 2.2
 """Exposed light beyond which samples are clipped: the curve is flat there, and edges against it would be jagged."""
 
 

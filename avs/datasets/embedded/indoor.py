@@ -47,7 +47,7 @@ def room_light(rooms: list[Room], lamps: tuple[Lamp, ...], rng: Generator) -> Li
         float(np.sin(elevation)),
     )
     strength = float(rng.uniform(1.5, 5.0))
-    sun = Sun(direction, (strength, 0.85 * strength, 0.66 * strength), 0.012)
+    sun = Sun(direction, (strength, 0.85 * strength, 0.66 * strength), 0.005)
     sky = Sky((0.75, 0.95, 1.3), (1.5, 1.6, 1.7), (0.35, 0.38, 0.25), sun, float(rng.uniform(0.2, 0.8)), rng)
     extent = np.array([(r.x0, r.y0, r.x1, r.y1) for r in rooms])
     box = (

@@ -11,8 +11,8 @@ from avs.datasets.embedded.furniture import chair, round_table, table, trestle
 from avs.datasets.embedded.lighting import Lighting, Sky, Sun
 from avs.datasets.embedded.model import Array, Group, Material, moved, turned
 from avs.datasets.embedded.noise import SpaceNoise
-from avs.datasets.embedded.plants import FOLIAGE, LEAF, creeper, hedge, leaves, rock, scatter, shrub, tree, tufts
-from avs.datasets.embedded.props import arranged, carton, color, potted_plant, vase
+from avs.datasets.embedded.plants import LEAF, creeper, hedge, leaves, rock, scatter, shrub, tree, tufts
+from avs.datasets.embedded.props import arranged, blossom, carton, potted_plant, vase
 from avs.datasets.embedded.sculpture import plinth, statue
 from avs.datasets.embedded.shapes import ball, box, displaced, ground
 from avs.datasets.embedded.stage import Stage
@@ -34,7 +34,7 @@ def daylight(rng: Generator, side: float | None = None) -> Lighting:
     strength = 3.2 * (1 - 0.55 * cloudy)
     warm = 1 - 0.35 * (1.05 - elevation)
     sun = Sun(
-        direction, (strength, strength * (0.5 + 0.45 * warm), strength * (0.25 + 0.6 * warm)), 0.009 + 0.05 * cloudy**2
+        direction, (strength, strength * (0.5 + 0.45 * warm), strength * (0.25 + 0.6 * warm)), 0.005 + 0.015 * cloudy**2
     )
     blue = 1 - 0.6 * cloudy
     sky = Sky(
@@ -181,7 +181,7 @@ def surroundings(
         angle = facing + side + 0.2 * rng.normal()
         put(turned(build, angle - np.pi / 2), clear + rng.uniform(1.5, 4.0), angle)
     for _ in range(int(rng.integers(9, 14))):
-        flower = color(rng, 0.4, 0.9) if rng.random() < 0.5 else None
+        flower = blossom(rng) if rng.random() < 0.5 else None
         radius = rng.uniform(0.3, 0.75)
         put(
             shrub(radius, int(420 * radius + 150), rng, flower),
@@ -220,19 +220,23 @@ def surroundings(
 def _tree_line(rng: Generator, height: Callable[[Array], Array]) -> Group:
     """Return distant woods: displaced crowns on the hills."""
     group: Group = []
-    for _ in range(46):
-        radius, distance, angle = rng.uniform(2.0, 5.0), rng.uniform(38, 100), rng.uniform(0, 2 * np.pi)
-        noise, tone = SpaceNoise(rng), rng.uniform(0.6, 1.5)
-        crown = displaced(
-            ball(radius, FOLIAGE, radius * 0.36, rng.uniform(0.9, 1.5)),
-            lambda p, n=noise, r=radius: 0.5 * r * n(p / r * 1.4),
-        )
-        x, y = distance * np.cos(angle), distance * np.sin(angle)
-        z = float(height(np.array([[x, y]], np.float32))[0])
-        tint = Material(
-            "foliage", radius * 1.6, (tone * rng.uniform(0.8, 1.3), tone, tone * rng.uniform(0.7, 1.1)), 0.8
-        )
-        group.append(crown.clothed(tint).moved(x, y, z - 0.3 * radius))
+    for _ in range(12):
+        grove, distance, angle = int(rng.integers(2, 6)), rng.uniform(36, 95), rng.uniform(0, 2 * np.pi)
+        tone = rng.uniform(0.6, 1.4)
+        for _ in range(grove):
+            x = distance * np.cos(angle) + rng.normal() * 5
+            y = distance * np.sin(angle) + rng.normal() * 5
+            z = float(height(np.array([[x, y]], np.float32))[0])
+            radius = rng.uniform(1.3, 3.0)
+            tint = (tone * rng.uniform(0.8, 1.3), tone, tone * rng.uniform(0.7, 1.1))
+            for _ in range(3):
+                noise = SpaceNoise(rng)
+                crown = displaced(
+                    ball(radius, Material("foliage", radius * 1.3, tint, 0.8), radius * 0.5, rng.uniform(0.8, 1.3)),
+                    lambda p, n=noise, r=radius: 0.7 * r * n(p / r * 1.2),
+                )
+                shift = rng.normal(size=3) * radius * np.array([0.5, 0.5, 0.25])
+                group.append(crown.moved(x + shift[0], y + shift[1], z + shift[2] + 0.2 * radius))
     return group
 
 
@@ -260,7 +264,7 @@ def facade(rng: Generator) -> Stage:
         if kind < 0.45:
             thing = potted_plant(rng, rng.uniform(0.15, 0.3))
         elif kind < 0.75:
-            thing = shrub(rng.uniform(0.25, 0.5), 320, rng, color(rng, 0.4, 0.9) if rng.random() < 0.6 else None)
+            thing = shrub(rng.uniform(0.25, 0.5), 320, rng, blossom(rng) if rng.random() < 0.6 else None)
         else:
             thing = [m.scaled(2.6, 2.6, 2.2) for m in carton(rng)]
         group += moved(turned(thing, rng.uniform(-0.4, 0.4)), float(x), 1.0 - depth, 0)

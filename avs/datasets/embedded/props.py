@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from avs.datasets.embedded.model import Color, Group, Material, Mesh, moved, turned
 from avs.datasets.embedded.noise import SpaceNoise
@@ -26,11 +27,42 @@ CARDBOARD = Material("weave", 0.12, (0.75, 0.55, 0.36), roughness=0.9)
 WAX = Material("fruit", 0.3, roughness=0.4)
 
 
-def color(rng: Generator, low: float = 0.08, high: float = 0.75) -> Color:
-    """Return a random colour, neither grey nor garish."""
-    hue = rng.dirichlet((1.3, 1.3, 1.3))
-    mixed = (0.35 + 0.65 * hue / hue.max()) * rng.uniform(low, high)
+# Dyes and glazes that people have around them: brick, wine, navy, slate, forest, olive, mustard, cream, terracotta, brown,
+# teal, charcoal, rose.
+_DYES = np.array(
+    [
+        (1, 0.34, 0.24),
+        (1, 0.36, 0.42),
+        (0.34, 0.5, 1),
+        (0.72, 0.85, 1),
+        (0.45, 1, 0.52),
+        (0.86, 1, 0.46),
+        (1, 0.74, 0.26),
+        (1, 0.93, 0.78),
+        (1, 0.56, 0.36),
+        (1, 0.7, 0.48),
+        (0.36, 0.94, 1),
+        (0.92, 0.94, 1),
+        (1, 0.66, 0.64),
+    ]
+)
+# White, yellow, red, pink, violet, blue.
+_PETALS = np.array([(1, 1, 0.94), (1, 0.8, 0.12), (1, 0.1, 0.08), (1, 0.45, 0.55), (0.65, 0.35, 1), (0.35, 0.45, 1)])
+
+
+def _drawn(table: npt.NDArray[np.floating], rng: Generator, low: float, high: float) -> Color:
+    mixed = np.clip(table[int(rng.integers(len(table)))] + 0.06 * rng.normal(size=3), 0.03, 1) * rng.uniform(low, high)
     return (float(mixed[0]), float(mixed[1]), float(mixed[2]))
+
+
+def color(rng: Generator, low: float = 0.08, high: float = 0.75) -> Color:
+    """Return the colour of a dye; its strongest channel is between ``low`` and ``high``."""
+    return _drawn(_DYES, rng, low, high)
+
+
+def blossom(rng: Generator) -> Color:
+    """Return the colour of a flower."""
+    return _drawn(_PETALS, rng, 0.6, 1.0)
 
 
 def paint(rng: Generator) -> Color:
@@ -97,7 +129,7 @@ def vase(rng: Generator, height: float = 0.0, plant: bool = True) -> Group:
     material = (GLAZED if rng.random() < 0.6 else TERRACOTTA).tinted(*color(rng, 0.6, 1.3))
     group = [lathe(profile, material, 0.03, 28)]
     if plant:
-        flower = color(rng, 0.5, 0.9) if rng.random() < 0.7 else None
+        flower = blossom(rng) if rng.random() < 0.7 else None
         group += moved(bouquet(height * 0.7, height * 1.2, int(rng.integers(8, 14)), rng, flower), 0, 0, height * 0.75)
     return group
 
@@ -123,7 +155,7 @@ def potted_plant(rng: Generator, radius: float = 0.18) -> Group:
         profile, Material("concrete", 0.5, (1.6 * tone, 0.75 * tone, 0.45 * tone), 0.85, relief=0.003), radius * 0.3
     )
     soil = lathe([(radius * 0.9, h * 0.89), (0, h * 0.9)], Material("soil", 0.4, roughness=1.0), radius * 0.3)
-    flower = color(rng, 0.5, 0.9) if rng.random() < 0.5 else None
+    flower = blossom(rng) if rng.random() < 0.5 else None
     if rng.random() < 0.6:
         return [pot, soil, *moved(shrub(radius * rng.uniform(1.0, 1.5), 260, rng, flower), 0, 0, h * 0.85)]
     return [pot, soil, *moved(bouquet(radius * 1.3, radius * rng.uniform(2, 3.2), 14, rng, flower), 0, 0, h * 0.88)]
@@ -135,10 +167,10 @@ def book(rng: Generator) -> Group:
     cover = CLOTH.tinted(*color(rng))
     t = 0.003
     group = [
-        box((w, d, t), cover, 0.2, 0.001),
-        box((w - 0.008, d - 0.01, h - 2 * t), PAGES, 0.2, 0.001).moved(0.002, 0, t),
-        box((w, d, t), cover, 0.2, 0.001).moved(0, 0, h - t),
-        box((t, d, h), cover, 0.2, 0.001).moved(-w / 2, 0, 0),
+        box((w, d, t), cover, 0.2, 0),
+        box((w - 0.008, d - 0.01, h - 2 * t), PAGES, 0.2, 0).moved(0.002, 0, t),
+        box((w, d, t), cover, 0.2, 0).moved(0, 0, h - t),
+        box((t, d, h), cover, 0.2, 0).moved(-w / 2, 0, 0),
     ]
     if rng.random() < 0.7:
         margin = 0.1 * w
@@ -175,7 +207,7 @@ def book_row(length: float, rng: Generator) -> Group:
         if rng.random() < 0.08:
             x += rng.uniform(0.05, 0.15)
             continue
-        one = box((w, d, h), CLOTH.tinted(*color(rng)), 0.3, 0.003).moved(w / 2, d / 2, 0)
+        one = box((w, d, h), CLOTH.tinted(*color(rng)), 0.3, 0).moved(w / 2, d / 2, 0)
         group.append(one.turned(rng.normal() * 0.02, "y").moved(x - length / 2, 0, 0.002))
         x += w + 0.002
     return group

@@ -38,13 +38,13 @@ def render(
     count = height * width * side * side
     strata = np.stack(np.meshgrid(np.arange(side), np.arange(side), indexing="ij"), -1).reshape(1, 1, -1, 2)
     corner = np.stack(np.meshgrid(np.arange(height), np.arange(width), indexing="ij"), -1)[:, :, None]
-    inside = (strata + rng.random((height, width, side * side, 2))) / side
+    inside = (strata + rng.random((height, width, side * side, 2), dtype=np.float32)) / side
     pixels = (corner + inside).reshape(count, 2)[:, ::-1]
     center, directions = pixel_rays(cameras, index, pixels)
     length = np.linalg.norm(directions, axis=1, keepdims=True)
     footprint = 1 / (float(cameras.intrinsics[index, 0, 0]) * side)
     draws = _sequence(height * width, side * side, rng)
-    radiance, _ = shader.radiance(np.broadcast_to(center, directions.shape), directions / length, footprint, draws)
+    radiance = shader.radiance(np.broadcast_to(center, directions.shape), directions / length, footprint, draws)
     if np.isfinite(exposure):
         radiance = np.minimum(radiance, WHITE / exposure)
     return np.asarray(radiance.reshape(height, width, side * side, 3).mean(axis=2))
@@ -57,7 +57,7 @@ def _sequence(pixels: int, samples: int, rng: np.random.Generator) -> Array:
     """
     root = 1.2207440846057596
     steps = np.array([1 / root, 1 / root**2, 1 / root**3]) * np.arange(samples)[:, None]
-    return np.asarray(((rng.random((pixels, 1, 3)) + steps) % 1).reshape(-1, 3), np.float32)
+    return np.asarray(((rng.random((pixels, 1, 3), dtype=np.float32) + steps) % 1).reshape(-1, 3), np.float32)
 
 
 def depth(shader: Shader, cameras: Cameras, index: int) -> Array:

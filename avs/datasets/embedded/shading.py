@@ -11,6 +11,8 @@ from avs.datasets.embedded.model import Array, Model, unit
 from avs.datasets.embedded.raycast import Caster, Hits
 from avs.datasets.embedded.settings import EmbeddedSettings
 
+# Rays that are shaded together: few enough that their arrays stay in the processor's cache.
+_CHUNK = 1 << 13
 # Below this roughness a surface mirrors its surroundings by rays of its own; above it, it reflects the sky's gradient.
 _MIRROR = 0.3
 # Highlights stay below this multiple of the light: a camera's sensor clips, and single bright samples would flicker.
@@ -40,8 +42,8 @@ class Shader:
         self.face_normals, self._tangent, self._bitangent = _triangle_frames(model)
         self._open_sky = float(lighting.sky.panorama[:64].mean())
 
-    def radiance(self, origins: Array, directions: Array, footprint: float, draws: Array) -> tuple[Array, Hits]:
-        """Return the radiance ``[n, 3]`` along unit ``directions`` from ``origins`` ``[n, 3]``, and the intersections.
+    def radiance(self, origins: Array, directions: Array, footprint: float, draws: Array) -> Array:
+        """Return the radiance ``[n, 3]`` along unit ``directions`` from ``origins`` ``[n, 3]``.
 
         Args:
             origins: starts of the rays.
@@ -49,16 +51,22 @@ class Shader:
             footprint: angle in radians that one ray stands for.
             draws: ``[n, 3]`` random numbers in 0..1: two for points on sun and lamps, one for the level of detail.
         """
+        color = np.empty_like(directions)
+        for start in range(0, len(directions), _CHUNK):
+            part = slice(start, start + _CHUNK)
+            color[part] = self._radiance(origins[part], directions[part], footprint, draws[part])
+        return color
+
+    def _radiance(self, origins: Array, directions: Array, footprint: float, draws: Array) -> Array:
         hits = self.caster.nearest(origins, directions)
         color = np.empty_like(directions)
         found = np.flatnonzero(hits.triangle >= 0)
         missed = np.flatnonzero(hits.triangle < 0)
-        if len(missed):
-            color[missed] = self.lighting.sky(directions[missed])
+        color[missed] = self.lighting.sky(directions[missed])
         if len(found):
             part = Hits(hits.distance[found], hits.triangle[found], hits.weights[found])
             color[found] = self.shade(origins[found], directions[found], part, footprint, draws[found])
-        return color, hits
+        return color
 
     def shade(self, origins: Array, directions: Array, hits: Hits, footprint: float, draws: Array) -> Array:
         """Return the radiance ``[n, 3]`` of the surfaces at ``hits``, which all exist; see ``radiance``."""

@@ -84,7 +84,7 @@ def box(size: Sequence[float], material: Material, cell: float = 0.25, bevel: fl
         size: extent along x, y and z.
         material: of all sides.
         cell: greatest distance of vertices.
-        bevel: radius of the edges.
+        bevel: radius of the edges; 0 for sharp ones.
     """
     half = np.asarray(size, np.float64) / 2
     radius = min(bevel, float(half.min()) * 0.99)
@@ -111,6 +111,9 @@ def _box_side(
     lines = []
     for along in (first, second):
         inner = half[along] - radius
+        if not radius:
+            lines.append(np.linspace(-inner, inner, _steps(2 * inner, cell) + 1))
+            continue
         middle = np.linspace(-inner, inner, _steps(2 * inner, cell) + 1)
         # A small bevel needs no point in its middle.
         bend = [half[along] - 0.3 * radius, half[along]] if radius > 0.005 else [half[along]]
@@ -120,6 +123,8 @@ def _box_side(
     points[..., axis] = sign * half[axis]
     core = np.clip(points, radius - half, half - radius)
     normals = points - core
+    if not radius:
+        normals[..., axis] = sign
     rounded = core + radius * normals / np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-12)
     # Texture: horizontal direction along u, vertical (z) along -v, so that bricks and books stand upright; but grain
     # runs along the longest edge.

@@ -45,7 +45,7 @@ def _rubble(size: int, rng: Generator) -> Texture:
 def _plaster(size: int, rng: Generator) -> Texture:
     coarse, fine = fractal_noise(size, 3, rng, 6, 0.6), fractal_noise(size, 48, rng, 3, 0.8)
     stain = smoothstep(0.5, 0.95, fractal_noise(size, (2, 6), rng, 5, 0.6))
-    tone = np.clip(0.62 + 0.35 * (coarse - 0.5) + 0.22 * (fine - 0.5) - 0.22 * stain, 0, 1)
+    tone = np.clip(0.66 + 0.24 * (coarse - 0.5) + 0.22 * (fine - 0.5) - 0.14 * stain, 0, 1)
     return texture(ramp(tone, (0.1, 0.095, 0.085), (0.8, 0.78, 0.74)), 0.5 * coarse + 0.5 * fine, 0.3 * fine)
 
 
