@@ -80,6 +80,7 @@ def test_every_setting_is_described():
 
 
 def test_reading_the_configuration_imports_no_heavy_library():
-    code = "import sys, avs.config; print([m for m in ('torch', 'open3d', 'pyiqa', 'pycolmap', 'numba') if m in sys.modules])"
+    heavy = ("torch", "open3d", "pyiqa", "pycolmap", "numba")
+    code = f"import sys, avs.config; print([m for m in {heavy} if m in sys.modules])"
     result = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert result.stdout.strip() == "[]"
