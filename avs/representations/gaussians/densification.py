@@ -76,6 +76,18 @@ class DensityControl:
         """Take over what ``statistics`` returned."""
         self._state |= {name: statistics.get(name) for name in STATISTICS}
 
+    def before_step(self, parameters: Parameters, optimizers: Mapping[str, Adam], step: int) -> None:
+        """Reset opacities where the step before ended a period of resets.
+
+        3DGS resets at the end of that step, which is the same to the optimisation. Here it waits for the next one,
+        because views may be chosen in between, at steps 3000 and 6000 of the paper's schedule, and a model that was just
+        reset renders almost black.
+        """
+        done = step - 1
+        if 0 < done < self._settings.until and done % self._settings.opacity_reset_every == 0:
+            # gsplat 1.5.3 tests `step % reset_every == 0 & step > 0`, which Python reads as `... == 0 > 0`: never true.
+            reset_opa(parameters, optimizers, self._state, value=self._settings.opacity_reset_value)
+
     def before_backward(
         self, parameters: Parameters, optimizers: Mapping[str, Adam], step: int, meta: dict[str, Any]
     ) -> None:
@@ -91,7 +103,7 @@ class DensityControl:
         meta: dict[str, Any],
         generator: np.random.Generator,
     ) -> None:
-        """Gather statistics and, where it is due, change the number of Gaussians and reset their opacities.
+        """Gather statistics and, where it is due, change the number of Gaussians.
 
         Args:
             parameters: changed in place; its tensors are replaced.
@@ -100,15 +112,11 @@ class DensityControl:
             meta: what ``rasterization`` returned for the step.
             generator: source of the offsets of split Gaussians.
         """
-        settings = self._settings
-        if step >= settings.until:
+        if step >= self._settings.until:
             return
-        changes = step > settings.start and step % settings.every == 0
+        changes = step > self._settings.start and step % self._settings.every == 0
         with _seeded(generator, parameters["means"].device, changes):
             self._strategy.step_post_backward(parameters, optimizers, self._state, step, meta, packed=False)
-        if step % settings.opacity_reset_every == 0:
-            # gsplat 1.5.3 tests `step % reset_every == 0 & step > 0`, which Python reads as `... == 0 > 0`: never true.
-            reset_opa(parameters, optimizers, self._state, value=settings.opacity_reset_value)
 
 
 @contextmanager

@@ -189,6 +189,7 @@ class GaussianSplats:
     def _step(self, target: Target, camera: Cameras) -> None:
         step = self.iteration + 1
         degree = follow_schedules(self._optimizers, self.settings, self.extent, step)
+        self._density.before_step(self.parameters, self._optimizers, step)
         image, _, meta = self._rasterize(camera, degree, "RGB")
         loss = photometric_loss(image[0], target, self.settings.ssim_weight)
         self._density.before_backward(self.parameters, self._optimizers, step, meta)
