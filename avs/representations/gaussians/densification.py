@@ -80,7 +80,7 @@ class DensityControl:
         """Reset opacities where the step before ended a period of resets.
 
         3DGS resets at the end of that step, which is the same to the optimisation. Here it waits for the next one,
-        because views may be chosen in between, at steps 3000 and 6000 of the paper's schedule, and a model that was just
+        because views may be chosen in between, at steps 3000 and 6000 of the paper's schedule, and a model just after a
         reset renders almost black.
         """
         done = step - 1
