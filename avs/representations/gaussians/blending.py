@@ -10,7 +10,7 @@ import numpy as np
 from avs.representations.gaussians.kernels import inline, kernel
 from avs.representations.gaussians.records import COLOR, LOG2_ALPHA_MIN, LOG_OPACITY, XX, XY, YY, X, Y
 from avs.representations.gaussians.simd import LANES, aligned_full, any_of, broadcast, exp2, fma, load, minimum, prefetch, store, where
-from avs.representations.gaussians.tiles import TILE, tile_lists
+from avs.representations.gaussians.tiles import TILE, grown, tile_lists
 
 PIXELS = TILE * TILE
 BLOCKS = PIXELS // LANES
@@ -114,21 +114,19 @@ def blend(records, channels, width, height):  # type: ignore[no-untyped-def]  # 
     column, row = pixel_centres()
     budget = max(32768, 8 * tiles)
     entries = np.empty(2 * budget, np.int32)
-    offsets = np.empty((8, tiles + 1), np.int32)
+    offsets = np.empty(8 * (tiles + 1), np.int32)
     used = 0
     chunk = 0
     place = 0
     while place < len(records):
-        if chunk == len(offsets):
-            longer = np.empty((2 * chunk, tiles + 1), np.int32)
-            longer[:chunk] = offsets
-            offsets = longer
+        at = chunk * (tiles + 1)
+        offsets = grown(offsets, at, tiles + 1)
         before = used
-        place, entries, used = tile_lists(records, place, budget, columns, rows, live, offsets[chunk], entries, used)
+        place, entries, used = tile_lists(records, place, budget, columns, rows, live, offsets, at, entries, used)
         if used == before:
             continue
         for tile in range(tiles):
-            start, end = offsets[chunk, tile], offsets[chunk, tile + 1]
+            start, end = offsets[at + tile], offsets[at + tile + 1]
             if start < end:
                 live[tile] = _blend_tile(
                     records, entries, start, end,
@@ -136,7 +134,7 @@ def blend(records, channels, width, height):  # type: ignore[no-untyped-def]  # 
                     channels, live[tile], transmittance, tile * PIXELS, pixels,
                 )  # fmt: skip
         chunk += 1
-    return transmittance, pixels, entries[:used].copy(), offsets[:chunk].copy()
+    return transmittance, pixels, entries[:used], offsets[: chunk * (tiles + 1)].reshape((chunk, tiles + 1))
 
 
 @kernel

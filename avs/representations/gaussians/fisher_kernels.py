@@ -209,8 +209,8 @@ def apply_chain(
                 rows[(3 + k) * LANES + lane] = quats[i, k]
             rows[13 * LANES + lane] = compensations[i]
         for q in range(6 if antialiased else 5):
-            unit[:] = np.float32(0.0)
-            unit[q] = np.float32(1.0)
+            for k in range(6):
+                unit[k] = np.float32(1.0 if k == q else 0.0)
             v_mean, v_quat, v_scale = _derivatives(rows, pose, lens, eps2d, unit)
             to = 10 * LANES * q
             store(flat, to, v_mean[0])
@@ -231,8 +231,8 @@ def apply_chain(
             scale = np.float32(1.0) / np.sqrt(x * x + y * y + z * z)
             x, y, z = x * scale, y * scale, z * scale
             evaluate_basis(degree, x, y, z, basis)
-            weights[:] = np.float32(0.0)
             for k in range(terms):
+                weights[k] = np.float32(0.0)
                 for channel in range(3):
                     if colors[i, channel] > 0:
                         weights[k] += coefficients[i, k, channel]

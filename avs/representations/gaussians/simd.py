@@ -400,5 +400,6 @@ def aligned_empty(count):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN20
 def aligned_full(count, value):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Return :func:`aligned_empty` filled with ``value``."""
     array = aligned_empty(count)
-    array[:] = np.float32(value)
+    for k in range(count):
+        array[k] = np.float32(value)
     return array

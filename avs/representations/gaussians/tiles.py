@@ -61,12 +61,13 @@ def depth_order(depths, radii):  # type: ignore[no-untyped-def]  # noqa: ANN001,
 
 
 @inline
-def _grown(array, used, extra):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def grown(array, used, extra):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return ``array``, or a longer copy, with room for ``extra`` more elements than ``used``."""
     if used + extra <= len(array):
         return array
     longer = np.empty(max(2 * len(array), used + extra), array.dtype)
-    longer[:used] = array[:used]
+    for k in range(used):
+        longer[k] = array[k]
     return longer
 
 
@@ -146,7 +147,7 @@ def _gather(records, place, following, ellipses, boxes):  # type: ignore[no-unty
 
 
 @kernel
-def tile_lists(records, start, budget, columns, rows, live, offsets, entries, used):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def tile_lists(records, start, budget, columns, rows, live, offsets, base, entries, used):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Append the lists of the next Gaussians, from place ``start`` on, until ``budget`` entries are there.
 
     Args:
@@ -156,7 +157,8 @@ def tile_lists(records, start, budget, columns, rows, live, offsets, entries, us
         columns: tiles in a row.
         rows: rows of tiles.
         live: per tile, 0 if it needs no more entries.
-        offsets: ``[tiles + 1]``, filled: where each tile's list begins in ``entries``.
+        offsets: filled, ``tiles + 1`` of them from ``base`` on: where each tile's list begins in ``entries``.
+        base: first place in ``offsets`` to fill.
         entries: places in ``records``, tile by tile; replaced by a longer array where it is too short.
         used: how many of ``entries`` are taken already.
 
@@ -192,11 +194,11 @@ def tile_lists(records, start, budget, columns, rows, live, offsets, entries, us
                     alive = np.int32(live[tile] != 0)
                     counts[tile + 1] += alive
                     found += alive
-    entries = _grown(entries, used, found)
-    offsets[0] = used
+    entries = grown(entries, used, found)
+    offsets[base] = used
     for tile in range(columns * rows):
-        offsets[tile + 1] = offsets[tile] + counts[tile + 1]
-        counts[tile + 1] = offsets[tile]
+        offsets[base + tile + 1] = offsets[base + tile] + counts[tile + 1]
+        counts[tile + 1] = offsets[base + tile]
     for e in range(found):
         tile = tiles[e] + 1
         entries[counts[tile]] = places[e]
