@@ -51,7 +51,13 @@ def compare(scene, backgrounds=None, gradient_tolerance=RASTER_GRADIENT, **optio
     slow, fast = leaves(tensors, torch.float64), leaves(tensors, torch.float32)
     pairs = [
         reference.render(
-            *slow[:5], slow[5][c], intrinsics[c], WIDTH, HEIGHT, background=slow[6][c] if len(slow) > 6 else None, **options
+            *slow[:5],
+            slow[5][c],
+            intrinsics[c],
+            WIDTH,
+            HEIGHT,
+            background=slow[6][c] if len(slow) > 6 else None,
+            **options,
         )
         for c in range(CAMERAS)
     ]
@@ -115,7 +121,9 @@ def test_gradients_are_derivatives_of_the_image():
         for step in (1e-6, -1e-6):
             moved = [x.clone() for x in scene]
             moved[place].view(-1)[at] += step
-            values.append((reference.render(*moved, viewmats[0], intrinsics[0], WIDTH, HEIGHT, sh_degree=1)[0] * weights).sum())
+            values.append(
+                (reference.render(*moved, viewmats[0], intrinsics[0], WIDTH, HEIGHT, sh_degree=1)[0] * weights).sum()
+            )
         difference = (values[0] - values[1]) / 2e-6
         assert float(tensor.grad.view(-1)[at]) == pytest.approx(float(difference), rel=RASTER_GRADIENT), NAMES[place]
 

@@ -1,28 +1,31 @@
 """Front-to-back alpha blending of projected Gaussians over 8x8 tiles, forward pass.
 
-A tile's 64 pixels are four vectors of sixteen (two rows of eight). For each vector and each Gaussian of the tile's list,
-the exponent of the opacity is compared with its threshold first, so that all else is skipped where none of the sixteen
-pixels is touched. A pixel that has stopped, or lies outside the image, has a negative transmittance.
+A tile's 64 pixels are four vectors of sixteen (two rows of eight). For each vector and each Gaussian of the tile's
+list, the exponent of the opacity is compared with its threshold first, so that all else is skipped where none of the
+sixteen pixels is touched. A pixel that has stopped, or lies outside the image, has a negative transmittance.
 """
 
 import numpy as np
 
-from avs.representations.gaussians.kernels import inline, kernel
+from avs.representations.gaussians.kernels import Floats, Integers, Number, inline, kernel
 from avs.representations.gaussians.records import COLOR, LOG2_ALPHA_MIN, LOG_OPACITY, XX, XY, YY, X, Y
-from avs.representations.gaussians.simd import LANES, aligned_full, any_of, broadcast, exp2, fma, load, minimum, prefetch, store, where
+from avs.representations.gaussians.simd import LANES, any_of, exp2, fma, minimum, where
+from avs.representations.gaussians.simd_memory import aligned_full, load, prefetch, store
 from avs.representations.gaussians.tiles import TILE, grown, tile_lists
 
 PIXELS = TILE * TILE
 BLOCKS = PIXELS // LANES
-# Opacity is held below 1, so that the transmittance stays above 0 (gsplat 1.5.3; FisherRF and the first 3DGS have 0.99).
+# Opacity is held below 1, so that the transmittance stays above 0 (gsplat 1.5.3; FisherRF and the first 3DGS have
+# 0.99).
 ALPHA_MAX = 0.999
 # A pixel stops at the Gaussian that would bring its transmittance to this or below; that one is not blended.
 TRANSMITTANCE_MIN = 1e-4
 # How many entries of a list ahead a record is fetched into the cache.
 PREFETCH = 4
 
+
 @inline
-def pixel_centres():  # type: ignore[no-untyped-def]  # noqa: ANN201
+def pixel_centres() -> tuple[Number, Number]:
     """Return the columns and rows of the centres of a tile's first sixteen pixels, from the tile's corner."""
     numbers = np.empty(2 * LANES, np.float32)
     for lane in range(LANES):
@@ -32,7 +35,7 @@ def pixel_centres():  # type: ignore[no-untyped-def]  # noqa: ANN201
 
 
 @inline
-def live_blocks(transmittance, base):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def live_blocks(transmittance: Floats, base: int) -> int:
     """Return a bit for each of a tile's four blocks that has a pixel which has not stopped."""
     live = 0
     for block in range(BLOCKS):
@@ -42,7 +45,10 @@ def live_blocks(transmittance, base):  # type: ignore[no-untyped-def]  # noqa: A
 
 
 @inline
-def _blend_tile(records, entries, start, end, x, y, channels, live, transmittance, base, pixels):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _blend_tile(
+    records: Floats, entries: Integers, start: int, end: int, x: Number, y: Number, channels: tuple[int, ...],
+    live: int, transmittance: Floats, base: int, pixels: Floats,
+) -> int:  # fmt: skip
     """Blend a list into a tile; ``x`` and ``y`` are the pixel centres of its first block. Return the live blocks."""
     flat = records.reshape(-1)
     width = records.shape[1]
@@ -83,11 +89,13 @@ def _blend_tile(records, entries, start, end, x, y, channels, live, transmittanc
 
 
 @kernel
-def blend(records, channels, width, height):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def blend(
+    records: Floats, channels: tuple[int, ...], width: int, height: int,
+) -> tuple[Floats, Floats, Integers, Integers]:  # fmt: skip
     """Render one camera.
 
-    The Gaussians are taken in chunks from near to far, and tiles whose pixels have all stopped get no further entries: in
-    a scene with occlusion most of the lists are never built.
+    The Gaussians are taken in chunks from near to far, and tiles whose pixels have all stopped get no further entries:
+    in a scene with occlusion most of the lists are never built.
 
     Args:
         records: from :func:`~avs.representations.gaussians.records.pack_records`.
@@ -96,8 +104,8 @@ def blend(records, channels, width, height):  # type: ignore[no-untyped-def]  # 
         height: image height in pixels.
 
     Returns:
-        Transmittances ``[tiles * 64]`` (negative where a pixel stopped; meaningless outside the image), blended channels
-        ``[tiles * channels * 64]``, tile lists and their offsets ``[chunks, tiles + 1]``.
+        Transmittances ``[tiles * 64]`` (negative where a pixel stopped; meaningless outside the image), blended
+        channels ``[tiles * channels * 64]``, tile lists and their offsets ``[chunks, tiles + 1]``.
     """
     columns, rows = (width + TILE - 1) // TILE, (height + TILE - 1) // TILE
     tiles = columns * rows
@@ -138,7 +146,10 @@ def blend(records, channels, width, height):  # type: ignore[no-untyped-def]  # 
 
 
 @kernel
-def to_image(transmittance, pixels, channels, background, image, alpha):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def to_image(
+    transmittance: Floats, pixels: Floats, channels: tuple[int, ...], background: Floats, image: Floats,
+    alpha: Floats,
+) -> None:  # fmt: skip
     """Fill ``image [H, W, channels]``, with the background behind, and ``alpha [H, W]`` from the tiles."""
     height, width = alpha.shape
     columns = (width + TILE - 1) // TILE

@@ -1,40 +1,49 @@
 """Backward pass of the blending, front to back with recomputed opacities.
 
-With the weights w_j = alpha_j T_j of the Gaussians blended into a pixel and u_j = c_j . v + v_alpha (v: gradients of the
-pixel's channels and alpha), the sum R = sum_j w_j u_j is known from the rendered pixel, and
+With the weights w_j = alpha_j T_j of the Gaussians blended into a pixel and u_j = c_j . v + v_alpha (v: gradients of
+the pixel's channels and alpha), the sum R = sum_j w_j u_j is known from the rendered pixel, and
 
     dL/d alpha_i = T_i u_i - (R - sum_{j <= i} w_j u_j) / (1 - alpha_i).
 
 So no list of blended Gaussians is kept and no transmittance is divided out; the opacities are recomputed by the very
 expressions of the forward pass, and each pixel stops where it stopped there.
 
-With g = alpha_i dL/d alpha_i, all gradients of centre, conic and opacity are linear in the sums of g, g dx, g dy, g dx^2,
-g dx dy and g dy^2 over pixels; only those six are accumulated. As one thread goes through the tiles in order, sums are
-always taken in the same order.
+With g = alpha_i dL/d alpha_i, all gradients of centre, conic and opacity are linear in the sums over pixels of g, g dx,
+g dy, g dx^2, g dx dy and g dy^2; only those six are accumulated. As one thread goes through the tiles in order, sums
+are always taken in the same order.
 """
 
 import numpy as np
 
 from avs.representations.gaussians.blending import (
-    ALPHA_MAX, BLOCKS, PIXELS, PREFETCH, TRANSMITTANCE_MIN, live_blocks, pixel_centres,
+    ALPHA_MAX,
+    BLOCKS,
+    PIXELS,
+    PREFETCH,
+    TRANSMITTANCE_MIN,
+    live_blocks,
+    pixel_centres,
 )  # fmt: skip
-from avs.representations.gaussians.kernels import inline, kernel
+from avs.representations.gaussians.kernels import Floats, Integers, Number, inline, kernel
 from avs.representations.gaussians.records import COLOR, LOG2_ALPHA_MIN, LOG2_E, LOG_OPACITY, XX, XY, YY, X, Y
-from avs.representations.gaussians.simd import (
-    LANES, absolute, add_row_sums, aligned_empty, aligned_full, any_of, broadcast, exp2, fma, load, minimum, prefetch, store, where,
-)  # fmt: skip
+from avs.representations.gaussians.simd import LANES, absolute, any_of, broadcast, exp2, fma, minimum, where
+from avs.representations.gaussians.simd_memory import add_row_sums, aligned_empty, aligned_full, load, prefetch, store
 from avs.representations.gaussians.tiles import TILE
 
-# Columns of the sums kept for each Gaussian; from CHANNELS on the gradients of the channels, then the absolute gradients.
+# Columns of the sums kept for each Gaussian; from CHANNELS on the gradients of the channels, then the absolute
+# gradients.
 SUM, SUM_X, SUM_Y, SUM_XX, SUM_XY, SUM_YY, CHANNELS = 0, 1, 2, 3, 4, 5, 6
 
-# Layout of a tile's scratch memory: transmittance, remaining sum, gradient of alpha and gradients of the channels of its
-# pixels; after those one vector for each of the sums.
+# Layout of a tile's scratch memory: transmittance, remaining sum, gradient of alpha and gradients of the channels of
+# its pixels; after those one vector for each of the sums.
 _LIGHT, _REST, _V_ALPHA, _V_COLOR = 0, PIXELS, 2 * PIXELS, 3 * PIXELS
 
 
 @inline
-def _load_tile(scratch, channels, tile, x, y, transmittance, pixels, background, v_image, v_alpha):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _load_tile(
+    scratch: Floats, channels: tuple[int, ...], tile: int, x: Number, y: Number, transmittance: Floats,
+    pixels: Floats, background: Floats, v_image: Floats, v_alpha: Floats,
+) -> int:  # fmt: skip
     """Fill the scratch memory for a tile whose first pixel is (x, y). Return the live blocks."""
     height, width = v_alpha.shape
     live = 0
@@ -61,7 +70,10 @@ def _load_tile(scratch, channels, tile, x, y, transmittance, pixels, background,
 
 
 @inline
-def _gradients_of_tile(records, entries, start, end, x, y, channels, like, live, scratch, sums):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _gradients_of_tile(
+    records: Floats, entries: Integers, start: int, end: int, x: Number, y: Number, channels: tuple[int, ...],
+    like: tuple[int, ...], live: int, scratch: Floats, sums: Floats,
+) -> int:  # fmt: skip
     """Add a list's gradients to ``sums``. Return the live blocks."""
     flat, flat_sums = records.reshape(-1), sums.reshape(-1)
     width = records.shape[1]
@@ -145,7 +157,10 @@ def _gradients_of_tile(records, entries, start, end, x, y, channels, like, live,
 
 
 @kernel
-def blend_backward(records, entries, offsets, transmittance, pixels, channels, like, background, v_image, v_alpha):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def blend_backward(
+    records: Floats, entries: Integers, offsets: Integers, transmittance: Floats, pixels: Floats,
+    channels: tuple[int, ...], like: tuple[int, ...], background: Floats, v_image: Floats, v_alpha: Floats,
+) -> Floats:  # fmt: skip
     """Return, per record, the sums named by ``SUM`` to ``SUM_YY``, the gradients of the channels, and |x|, |y|.
 
     The last two, sums over pixels of the absolute gradients of the centre, only where the tuple ``like`` is long enough
@@ -154,7 +169,7 @@ def blend_backward(records, entries, offsets, transmittance, pixels, channels, l
     height, width = v_alpha.shape
     columns, rows = (width + TILE - 1) // TILE, (height + TILE - 1) // TILE
     width_of_sums = (len(like) + LANES - 1) // LANES * LANES
-    sums = aligned_full(len(records) * width_of_sums, 0.0).reshape((len(records), width_of_sums))
+    sums: Floats = aligned_full(len(records) * width_of_sums, 0.0).reshape((len(records), width_of_sums))
     scratch = aligned_empty(_V_COLOR + len(channels) * PIXELS + len(like) * LANES)
     column, row = pixel_centres()
     for tile in range(columns * rows):
@@ -177,9 +192,10 @@ def blend_backward(records, entries, offsets, transmittance, pixels, channels, l
 
 @kernel
 def unpack_gradients(
-    order, conics, opacities, sums, absgrad, with_depth,
-    v_means2d, v_absolute, v_conics, v_opacities, v_colors, v_depths,
-):  # type: ignore[no-untyped-def]  # fmt: skip  # noqa: ANN001, ANN201
+    order: Integers, conics: Floats, opacities: Floats, sums: Floats, absgrad: bool, with_depth: bool,
+    v_means2d: Floats, v_absolute: Floats, v_conics: Floats, v_opacities: Floats, v_colors: Floats,
+    v_depths: Floats,
+) -> None:  # fmt: skip
     """Add one camera's sums, in depth order, to the gradients of the Gaussians in their own order."""
     channels = v_colors.shape[1]
     for place in range(len(order)):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 import torch
@@ -10,14 +10,15 @@ from torch import Tensor
 
 from avs.representations.gaussians.blending import blend, to_image
 from avs.representations.gaussians.blending_backward import CHANNELS, blend_backward, unpack_gradients
+from avs.representations.gaussians.kernels import Context, Floats
 from avs.representations.gaussians.records import pack_records
 from avs.representations.gaussians.tiles import TILE, depth_order
 
 
 class _Blend(torch.autograd.Function):
     @staticmethod
-    def forward(  # type: ignore[override]
-        ctx: Any,
+    def forward(
+        ctx: Context,
         means2d: Tensor,
         conics: Tensor,
         opacities: Tensor,
@@ -46,7 +47,7 @@ class _Blend(torch.autograd.Function):
         return images, alphas
 
     @staticmethod
-    def backward(ctx: Any, v_images: Tensor, v_alphas: Tensor) -> tuple[Tensor | None, ...]:  # type: ignore[override]
+    def backward(ctx: Context, v_images: Tensor, v_alphas: Tensor) -> tuple[Tensor | None, ...]:
         means2d, conics, opacities, colors, depths, backgrounds = ctx.saved_tensors
         width, height, with_depth, absgrad = ctx.options
         v_means2d, v_conics = torch.zeros_like(means2d), torch.zeros_like(conics)
@@ -58,8 +59,8 @@ class _Blend(torch.autograd.Function):
             order, records, transmittance, pixels, entries, offsets = ctx.kept[c]
             channels = (0,) * v_images.shape[-1]
             sums = blend_backward(
-                records, entries, offsets, transmittance, pixels, channels, (0,) * (CHANNELS + len(channels) + 2 * absgrad),
-                _background(backgrounds, c, channels), v_images[c].numpy(), v_alphas[c, :, :, 0].numpy(),
+                records, entries, offsets, transmittance, pixels, channels, (0,) * (CHANNELS + len(channels) + 2 *
+                absgrad), _background(backgrounds, c, channels), v_images[c].numpy(), v_alphas[c, :, :, 0].numpy(),
             )  # fmt: skip
             _, conic, opacity, _, _ = _splats(c, means2d, conics, opacities, colors, depths)
             _, _, v_opacity, v_color, v_depth = _splats(c, means2d, conics, v_opacities, v_colors, v_depths)
@@ -76,14 +77,14 @@ class _Blend(torch.autograd.Function):
         return v_means2d, v_conics, v_opacities, v_colors, v_depths, v_backgrounds, None, None
 
 
-def _splats(camera: int, *tensors: Tensor) -> tuple[Any, ...]:
+def _splats(camera: int, *tensors: Tensor) -> tuple[Floats, ...]:
     """Return one camera's centres, conics, opacities, colours and depths as arrays; some are shared by all cameras."""
     own_dimensions = (2, 2, 1, 2, 1)
     pairs = zip(tensors, own_dimensions, strict=True)
     return tuple((x if x.ndim == own else x[camera]).detach().numpy() for x, own in pairs)
 
 
-def _background(backgrounds: Tensor | None, camera: int, channels: tuple[int, ...]) -> Any:
+def _background(backgrounds: Tensor | None, camera: int, channels: tuple[int, ...]) -> Floats:
     """Return the background of each channel; depth, if there, has none."""
     values = np.zeros(len(channels), np.float32)
     if backgrounds is not None:
@@ -92,7 +93,7 @@ def _background(backgrounds: Tensor | None, camera: int, channels: tuple[int, ..
     return values
 
 
-def _light(transmittance: Any, width: int, height: int) -> Tensor:
+def _light(transmittance: Floats, width: int, height: int) -> Tensor:
     """Return the transmittance of one camera's pixels as an image ``[H, W]``."""
     columns = (width + TILE - 1) // TILE
     tiles = torch.from_numpy(transmittance).abs().reshape(-1, columns, TILE, TILE)
@@ -131,5 +132,5 @@ def composite(
         Images ``[C, H, W, D + with_depth]`` and accumulated opacities ``[C, H, W, 1]``.
     """
     options = (width, height, with_depth, absgrad)
-    result = _Blend.apply(means2d, conics, opacities, colors, depths, backgrounds, radii, options)
+    result = _Blend.apply(means2d, conics, opacities, colors, depths, backgrounds, radii, options)  # type: ignore[no-untyped-call]
     return cast("tuple[Tensor, Tensor]", result)

@@ -1,25 +1,23 @@
 """Projection of a 3D Gaussian to the image plane and its derivative, for one Gaussian or for sixteen at once.
 
 EWA splatting (Zwicker et al., 2001) as 3D Gaussian splatting uses it (Kerbl et al., 2023): with the covariance
-``(R S)(R S)^T`` in the world, the rotation ``W`` of the camera and the Jacobian ``J`` of the perspective projection at the
-centre, the covariance in the image is ``P P^T + eps2d I`` with ``P = J W R S``. Going through the 2x3 factor ``P`` instead
-of through covariances costs fewer operations and gives the determinant as a sum of squares, free of cancellation.
+``(R S)(R S)^T`` in the world, the rotation ``W`` of the camera and the Jacobian ``J`` of the perspective projection at
+the centre, the covariance in the image is ``P P^T + eps2d I`` with ``P = J W R S``. Going through the 2x3 factor ``P``
+instead of through covariances costs fewer operations and gives the determinant as a sum of squares, free of
+cancellation.
 
 Every function takes float32 numbers or :data:`~avs.representations.gaussians.simd.VECTOR` alike.
 """
 
-from typing import Any
-
-from avs.representations.gaussians.kernels import inline
+from avs.representations.gaussians.kernels import Number, Numbers, inline
 from avs.representations.gaussians.simd import maximum, minimum, square_root, where
 
-Number = Any
 # Guard of gsplat 1.5.3 against division by a vanishing compensation factor in the derivative.
 _COMPENSATION_GUARD = 1e-6
 
 
 @inline
-def rotation_of(w: Number, x: Number, y: Number, z: Number) -> Any:
+def rotation_of(w: Number, x: Number, y: Number, z: Number) -> Numbers:
     """Return the rotation matrix, row by row, of a quaternion that need not have length one."""
     scale = 1.0 / square_root(w * w + x * x + y * y + z * z)
     w, x, y, z = w * scale, x * scale, y * scale, z * scale
@@ -37,7 +35,7 @@ def rotation_of(w: Number, x: Number, y: Number, z: Number) -> Any:
 
 
 @inline
-def rotation_backward(w: Number, x: Number, y: Number, z: Number, v: Any) -> Any:
+def rotation_backward(w: Number, x: Number, y: Number, z: Number, v: Numbers) -> Numbers:
     """Return the gradient of the quaternion from that of its rotation matrix ``v``, given row by row."""
     scale = 1.0 / square_root(w * w + x * x + y * y + z * z)
     w, x, y, z = w * scale, x * scale, y * scale, z * scale
@@ -55,7 +53,7 @@ def rotation_backward(w: Number, x: Number, y: Number, z: Number, v: Any) -> Any
 
 
 @inline
-def multiply(a: Any, b: Any) -> Any:
+def multiply(a: Numbers, b: Numbers) -> Numbers:
     """Return the product of two 3x3 matrices given row by row."""
     return (
         a[0] * b[0] + a[1] * b[3] + a[2] * b[6],
@@ -71,13 +69,13 @@ def multiply(a: Any, b: Any) -> Any:
 
 
 @inline
-def transpose(a: Any) -> Any:
+def transpose(a: Numbers) -> Numbers:
     """Return the transpose of a 3x3 matrix given row by row."""
     return (a[0], a[3], a[6], a[1], a[4], a[7], a[2], a[5], a[8])
 
 
 @inline
-def to_camera(mean: Any, pose: Any) -> Any:
+def to_camera(mean: Numbers, pose: Numbers) -> Numbers:
     """Return a centre in camera coordinates; ``pose`` is the rotation, row by row, then the translation."""
     return (
         pose[0] * mean[0] + pose[1] * mean[1] + pose[2] * mean[2] + pose[9],
@@ -87,10 +85,11 @@ def to_camera(mean: Any, pose: Any) -> Any:
 
 
 @inline
-def _image_factor(centre: Any, axes: Any, scale: Any, lens: Any) -> Any:
-    """Return the Jacobian's four entries, the clamped direction's two, and ``P`` (2x3), row by row.
+def _image_factor(centre: Numbers, axes: Numbers, scale: Numbers, lens: Numbers) -> Numbers:
+    """Return the four entries of the Jacobian that are not 0, and ``P`` (2x3), row by row.
 
-    ``lens`` is fx, fy, cx, cy and the bounds of x/z (low, high) and of y/z (low, high) beyond which the Jacobian is held.
+    ``lens`` is fx, fy, cx, cy and the bounds of x/z (low, high) and of y/z (low, high) beyond which the Jacobian is
+    held.
     """
     inverse = 1.0 / centre[2]
     x = minimum(maximum(centre[0] * inverse, lens[4]), lens[5])
@@ -104,11 +103,11 @@ def _image_factor(centre: Any, axes: Any, scale: Any, lens: Any) -> Any:
         (jacobian[1] * axes[4] + jacobian[3] * axes[7]) * scale[1],
         (jacobian[1] * axes[5] + jacobian[3] * axes[8]) * scale[2],
     )
-    return jacobian, (x, y), factor
+    return jacobian, factor
 
 
 @inline
-def project(mean: Any, quat: Any, scale: Any, pose: Any, lens: Any, eps2d: Number) -> Any:
+def project(mean: Numbers, quat: Numbers, scale: Numbers, pose: Numbers, lens: Numbers, eps2d: Number) -> Numbers:
     """Project a Gaussian.
 
     Returns:
@@ -117,7 +116,7 @@ def project(mean: Any, quat: Any, scale: Any, pose: Any, lens: Any, eps2d: Numbe
     """
     centre = to_camera(mean, pose)
     axes = multiply(pose, rotation_of(quat[0], quat[1], quat[2], quat[3]))
-    _, _, p = _image_factor(centre, axes, scale, lens)
+    _, p = _image_factor(centre, axes, scale, lens)
     xx = p[0] * p[0] + p[1] * p[1] + p[2] * p[2]
     xy = p[0] * p[3] + p[1] * p[4] + p[2] * p[5]
     yy = p[3] * p[3] + p[4] * p[4] + p[5] * p[5]
@@ -132,7 +131,9 @@ def project(mean: Any, quat: Any, scale: Any, pose: Any, lens: Any, eps2d: Numbe
 
 
 @inline
-def _covariance_backward(conic: Any, compensation: Number, eps2d: Number, v_conic: Any, v_compensation: Number) -> Any:
+def _covariance_backward(
+    conic: Numbers, compensation: Number, eps2d: Number, v_conic: Numbers, v_compensation: Number
+) -> Numbers:
     """Return the gradient (xx, xy, yy) with respect to the unblurred 2D covariance as a symmetric matrix."""
     a, b, c = conic
     half = 0.5 * v_conic[1]
@@ -150,24 +151,24 @@ def _covariance_backward(conic: Any, compensation: Number, eps2d: Number, v_coni
 
 @inline
 def project_backward(
-    mean: Any,
-    quat: Any,
-    scale: Any,
-    pose: Any,
-    lens: Any,
+    mean: Numbers,
+    quat: Numbers,
+    scale: Numbers,
+    pose: Numbers,
+    lens: Numbers,
     eps2d: Number,
-    conic: Any,
+    conic: Numbers,
     compensation: Number,
-    v_image: Any,
+    v_image: Numbers,
     v_depth: Number,
-    v_conic: Any,
+    v_conic: Numbers,
     v_compensation: Number,
-) -> Any:
+) -> Numbers:
     """Return the gradients of centre (3), quaternion (4), scale (3) and pose (9 + 3) from those of the projection."""
     centre = to_camera(mean, pose)
     rotation = rotation_of(quat[0], quat[1], quat[2], quat[3])
     axes = multiply(pose, rotation)
-    jacobian, direction, p = _image_factor(centre, axes, scale, lens)
+    jacobian, p = _image_factor(centre, axes, scale, lens)
     g = _covariance_backward(conic, compensation, eps2d, v_conic, v_compensation)
 
     # P P^T, then P = J M with M = axes S

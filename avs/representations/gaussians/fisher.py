@@ -56,7 +56,8 @@ def fisher_diagonal(
 ) -> FisherDiagonal:
     """Return the diagonal of J^T J of one rendering, J being the derivative of each pixel's channel sum.
 
-    Exact: no probes, no sampling. The parameters are the tensors as passed (scales after the exponential, opacities after
+    Exact: no probes, no sampling. The parameters are the tensors as passed (scales after the exponential, opacities
+        after
     the sigmoid); the chain through the activations is the caller's.
 
     It differs from FisherRF's CUDA kernel in these points:
@@ -64,7 +65,8 @@ def fisher_diagonal(
     * The opacity is held at 0.999, not 0.99, as in :func:`~avs.representations.gaussians.rasterization.rasterization`.
     * Quaternions are normalised inside, so that their derivative has no radial part; FisherRF's kernel is handed
       normalised ones and differentiates as if they were free. FisherRF's score leaves rotations out by default.
-    * FisherRF's kernel offsets the pointer to the harmonics by K floats per Gaussian instead of 3 K, so that above degree
+    * FisherRF's kernel offsets the pointer to the harmonics by K floats per Gaussian instead of 3 K, so that above
+    degree
       0 its derivative of the colour by the centre uses other Gaussians' coefficients. Here they are a Gaussian's own.
     * No derivative flows through a channel held at 0, nor through an opacity held at 0.999.
 

@@ -3,22 +3,27 @@
 A pixel's channel sum depends on a Gaussian through seven numbers: centre (2), conic (3), opacity (1), colour (1). With
 g = alpha dL/d alpha as in the backward pass and (dx, dy) the pixel relative to the centre, its derivatives by the first
 six are g times linear combinations of 1, dx, dy, dx^2, dx dy and dy^2, and the weight w = alpha T by the last. What is
-summed over pixels for each Gaussian are therefore the moments g^2 dx^i dy^j (i + j <= 4), g w dx^i dy^j (i + j <= 2) and
-w^2: 22 sums, from which the sum of squares of any linear combination follows exactly. The chain from the seven numbers
-to the parameters is linear for each Gaussian, so that it is applied once per Gaussian rather than once per pixel.
+summed over pixels for each Gaussian are therefore the moments g^2 dx^i dy^j (i + j <= 4), g w dx^i dy^j (i + j <= 2)
+and w^2: 22 sums, from which the sum of squares of any linear combination follows exactly. The chain from the seven
+numbers to the parameters is linear for each Gaussian, so that it is applied once per Gaussian rather than once per
+pixel.
 """
 
 import numpy as np
 
 from avs.representations.gaussians.blending import (
-    ALPHA_MAX, BLOCKS, PIXELS, TRANSMITTANCE_MIN, live_blocks, pixel_centres,
+    ALPHA_MAX,
+    BLOCKS,
+    PIXELS,
+    TRANSMITTANCE_MIN,
+    live_blocks,
+    pixel_centres,
 )  # fmt: skip
 from avs.representations.gaussians.ewa import project_backward
-from avs.representations.gaussians.kernels import inline, kernel
+from avs.representations.gaussians.kernels import Floats, Integers, Number, Numbers, inline, kernel
 from avs.representations.gaussians.records import COLOR, LOG2_ALPHA_MIN, LOG_OPACITY, XX, XY, YY, X, Y
-from avs.representations.gaussians.simd import (
-    LANES, aligned_empty, any_of, broadcast, exp2, fma, load, minimum, store, sum_lanes, where,
-)  # fmt: skip
+from avs.representations.gaussians.simd import LANES, any_of, broadcast, exp2, fma, minimum, where
+from avs.representations.gaussians.simd_memory import aligned_empty, load, store, sum_lanes
 from avs.representations.gaussians.spherical_harmonics import basis_gradient, evaluate_basis
 from avs.representations.gaussians.tiles import TILE
 
@@ -32,11 +37,14 @@ _POWERS = ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (0, 0))
 
 
 @kernel
-def second_moments(records, entries, offsets, transmittance, pixels, background, width, height):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def second_moments(
+    records: Floats, entries: Integers, offsets: Integers, transmittance: Floats, pixels: Floats,
+    background: Number, width: int, height: int,
+) -> Floats:  # fmt: skip
     """Return the moments ``[M, 22]`` of each record, whose single channel is the sum of the colour's.
 
-    The arguments after ``records`` are what :func:`~avs.representations.gaussians.blending.blend` returned for them, but
-    for ``background``, the sum of its channels.
+    The arguments after ``records`` are what :func:`~avs.representations.gaussians.blending.blend` returned for them,
+    but for ``background``, the sum of its channels.
     """
     columns, rows = (width + TILE - 1) // TILE, (height + TILE - 1) // TILE
     moments = np.zeros((len(records), MOMENTS))
@@ -60,7 +68,10 @@ def second_moments(records, entries, offsets, transmittance, pixels, background,
 
 
 @inline
-def _moments_of_tile(records, entries, start, end, x, y, background, live, scratch, moments):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _moments_of_tile(
+    records: Floats, entries: Integers, start: int, end: int, x: Number, y: Number, background: Number, live: int,
+    scratch: Floats, moments: Floats,
+) -> int:  # fmt: skip
     """Add a list's moments; the same decisions as in the forward pass. Return the live blocks."""
     flat = records.reshape(-1)
     for e in range(start, end):
@@ -139,13 +150,13 @@ def _moments_of_tile(records, entries, start, end, x, y, background, live, scrat
 
 
 @inline
-def _sum_of_squares(moments, coefficients, of_color):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _sum_of_squares(moments: Floats, coefficients: Floats, of_color: float) -> float:
     """Return the sum over pixels of (g times a polynomial + ``of_color`` times w)^2.
 
-    ``coefficients`` are those of dx, dy, dx^2, dx dy, dy^2 and 1. Rounding may leave a sum of squares that is 0 slightly
-    negative, hence the bound.
+    ``coefficients`` are those of dx, dy, dx^2, dx dy, dy^2 and 1. Rounding may leave a sum of squares that is 0
+    slightly negative, hence the bound.
     """
-    total = of_color * of_color * moments[WEIGHT]
+    total: float = of_color * of_color * moments[WEIGHT]
     for a in range(6):
         i, j = _POWERS[a]
         total += 2.0 * of_color * coefficients[a] * moments[_CROSS[i][j]]
@@ -156,8 +167,10 @@ def _sum_of_squares(moments, coefficients, of_color):  # type: ignore[no-untyped
 
 
 @inline
-def _derivatives(rows, pose, lens, eps2d, unit):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return the derivatives of one of x, y, conic (3) and compensation by centre, quaternion and scale, for sixteen."""
+def _derivatives(
+    rows: Floats, pose: Numbers, lens: Numbers, eps2d: Number, unit: Floats,
+) -> tuple[Numbers, Numbers, Numbers]:  # fmt: skip
+    """Return the derivatives of one of x, y, conic (3) and compensation by centre, quaternion and scale."""
     v_mean, v_quat, v_scale, _ = project_backward(
         (load(rows, 0), load(rows, 16), load(rows, 32)),
         (load(rows, 48), load(rows, 64), load(rows, 80), load(rows, 96)),
@@ -177,10 +190,11 @@ def _derivatives(rows, pose, lens, eps2d, unit):  # type: ignore[no-untyped-def]
 
 @kernel
 def apply_chain(
-    order, moments, means, quats, scales, opacities, effective, coefficients, colors, conics, compensations,
-    pose, lens, centre, eps2d, degree, antialiased,
-    of_means, of_quats, of_scales, of_opacities, of_coefficients,
-):  # type: ignore[no-untyped-def]  # fmt: skip  # noqa: ANN001, ANN201
+    order: Integers, moments: Floats, means: Floats, quats: Floats, scales: Floats, opacities: Floats,
+    effective: Floats, coefficients: Floats, colors: Floats, conics: Floats, compensations: Floats, pose: Numbers,
+    lens: Numbers, centre: Floats, eps2d: Number, degree: int, antialiased: bool, of_means: Floats,
+    of_quats: Floats, of_scales: Floats, of_opacities: Floats, of_coefficients: Floats,
+) -> None:  # fmt: skip
     """Fill the diagonal for each Gaussian that was blended somewhere; it is 0 for the others."""
     places = np.empty(len(order), np.int32)
     size = 0

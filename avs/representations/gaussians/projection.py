@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, cast
 
 import numpy as np
@@ -10,8 +9,9 @@ import torch
 from torch import Tensor
 
 from avs.representations.gaussians.ewa import project, project_backward
-from avs.representations.gaussians.kernels import kernel
-from avs.representations.gaussians.simd import LANES, load, broadcast, store, sum_lanes
+from avs.representations.gaussians.kernels import Context, Floats, Integers, Number, Numbers, kernel
+from avs.representations.gaussians.simd import LANES, broadcast
+from avs.representations.gaussians.simd_memory import load, store, sum_lanes
 
 # A pixel takes no notice of a Gaussian whose opacity there is below this (3DGS, gsplat: ALPHA_THRESHOLD).
 ALPHA_THRESHOLD = 1.0 / 255.0
@@ -23,9 +23,10 @@ _LARGEST = 1e6
 
 @kernel
 def _project_kernel(
-    means, quats, scales, opacities, pose, lens, size, planes, eps2d, radius_clip, antialiased,
-    means2d, depths, conics, compensations, radii,
-):  # fmt: skip
+    means: Floats, quats: Floats, scales: Floats, opacities: Floats, pose: Numbers, lens: Numbers, size: Numbers,
+    planes: Numbers, eps2d: Number, radius_clip: Number, antialiased: bool, means2d: Floats, depths: Floats,
+    conics: Floats, compensations: Floats, radii: Integers,
+) -> None:  # fmt: skip
     """Fill the outputs for one camera; those of Gaussians that are out of sight are 0."""
     count = len(means)
     rows = np.empty(20 * LANES, np.float32)
@@ -96,11 +97,11 @@ def _project_kernel(
 
 @kernel
 def _project_backward_kernel(
-    means, quats, scales, pose, lens, eps2d, radii, conics, compensations,
-    v_means2d, v_depths, v_conics, v_compensations, antialiased,
-    v_means, v_quats, v_scales, v_pose,
-):  # fmt: skip
-    """Add the gradients of one camera to ``v_means``, ``v_quats``, ``v_scales``; return that of the pose in ``v_pose``."""
+    means: Floats, quats: Floats, scales: Floats, pose: Numbers, lens: Numbers, eps2d: Number, radii: Integers,
+    conics: Floats, compensations: Floats, v_means2d: Floats, v_depths: Floats, v_conics: Floats,
+    v_compensations: Floats, antialiased: bool, v_means: Floats, v_quats: Floats, v_scales: Floats, v_pose: Floats,
+) -> None:  # fmt: skip
+    """Add one camera's gradients to ``v_means``, ``v_quats`` and ``v_scales``; set that of the pose, ``v_pose``."""
     count = len(means)
     chosen = np.empty(count, np.int32)
     size = 0
@@ -190,8 +191,8 @@ def camera_numbers(viewmat: Tensor, intrinsics: Tensor, width: int, height: int)
 
 class _Project(torch.autograd.Function):
     @staticmethod
-    def forward(  # type: ignore[override]
-        ctx: Any,
+    def forward(
+        ctx: Context,
         means: Tensor,
         quats: Tensor,
         scales: Tensor,
@@ -221,7 +222,7 @@ class _Project(torch.autograd.Function):
         return means2d, depths, conics, compensations, radii
 
     @staticmethod
-    def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor | None, ...]:  # type: ignore[override]
+    def backward(ctx: Context, *gradients: Tensor) -> tuple[Tensor | None, ...]:
         means, quats, scales, viewmats, intrinsics, radii, conics, compensations = ctx.saved_tensors
         width, height, _, _, _, eps2d, antialiased = ctx.options
         v_means, v_quats, v_scales = torch.zeros_like(means), torch.zeros_like(quats), torch.zeros_like(scales)
@@ -277,5 +278,5 @@ def project_gaussians(
         ``ALPHA_THRESHOLD``. All are 0 where a Gaussian is out of sight.
     """
     options = (width, height, near_plane, far_plane, radius_clip, eps2d, antialiased)
-    result = _Project.apply(means, quats, scales, viewmats, opacities, intrinsics, options)
+    result = _Project.apply(means, quats, scales, viewmats, opacities, intrinsics, options)  # type: ignore[no-untyped-call]
     return cast("tuple[Tensor, Tensor, Tensor, Tensor, Tensor]", result)

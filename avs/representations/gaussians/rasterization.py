@@ -1,4 +1,4 @@
-"""Rasterisation of 3D Gaussians on the CPU: a drop-in for ``gsplat.rasterization`` (version 1.5.3), which needs CUDA."""
+"""Rasterisation of 3D Gaussians on the CPU: a drop-in for ``gsplat.rasterization`` 1.5.3, which needs CUDA."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def rasterization(
     opacities: Tensor,
     colors: Tensor,
     viewmats: Tensor,
-    Ks: Tensor,  # noqa: N803 - as in gsplat
+    Ks: Tensor,
     width: int,
     height: int,
     near_plane: float = 0.01,
@@ -49,26 +49,28 @@ def rasterization(
     radial_coeffs: Tensor | None = None,
     tangential_coeffs: Tensor | None = None,
     thin_prism_coeffs: Tensor | None = None,
-    ftheta_coeffs: Any = None,
-    rolling_shutter: Any = None,
+    ftheta_coeffs: object = None,
+    rolling_shutter: object = None,
     viewmats_rs: Tensor | None = None,
 ) -> tuple[Tensor, Tensor, dict[str, Any]]:
     """Render N Gaussians into C images; differentiable in all tensors but ``Ks``.
 
-    On CUDA tensors the call is handed to ``gsplat.rasterization`` as it is. On the CPU it is computed here, on one thread
-    and to the same bits each time, by the same formulas: pixel centres at .5; opacities below 1/255 ignored and held at
-    0.999; a pixel stops before the Gaussian that would bring its transmittance to 1e-4 or below; colours
+    On CUDA tensors the call is handed to ``gsplat.rasterization`` as it is. On the CPU it is computed here, on one
+    thread and to the same bits each time, by the same formulas: pixel centres at .5; opacities below 1/255 ignored and
+    held at 0.999; a pixel stops before the Gaussian that would bring its transmittance to 1e-4 or below; colours
     ``max(harmonics + 0.5, 0)``; the projection's Jacobian held 0.3 half fields of view outside the image.
 
     Where the CPU differs from gsplat 1.5.3:
 
     * The extent of a Gaussian is its ellipse at opacity 1/255, per row of 8x8 tiles, not a box cut off at 3.33 standard
-      deviations (3DGS: a square at 3). As only opacities of 1/255 and above are blended, pixels are the same as gsplat's
-      for opacities up to 1; only ``radii`` is a bound of the same kind.
-    * ``packed``, ``tile_size``, ``channel_chunk`` and ``segmented`` choose between ways of computing the same on a GPU and
+      deviations (3DGS: a square at 3). As only opacities of 1/255 and above are blended, pixels are the same as
+      gsplat's for opacities up to 1; only ``radii`` is a bound of the same kind.
+    * ``packed``, ``tile_size``, ``channel_chunk`` and ``segmented`` choose between ways of computing the same on a GPU
+    and
       are without effect: ``meta`` always has the unpacked layout (call gsplat's strategies with ``packed=False``), and
       lacks the tile lists.
-    * Leading batch dimensions, ``distributed``, ``sparse_grad``, ``covars``, cameras other than ``pinhole``, distortion,
+    * Leading batch dimensions, ``distributed``, ``sparse_grad``, ``covars``, cameras other than ``pinhole``,
+    distortion,
       rolling shutter, ``with_ut`` and ``with_eval3d`` are not there.
 
     Args:
@@ -89,7 +91,8 @@ def rasterization(
         packed: without effect.
         tile_size: without effect.
         backgrounds: ``[C, D]``; black by default. Depth has no background.
-        render_mode: colours, blended depth (``D``), expected depth (``ED``: divided by the accumulated opacity), or both.
+        render_mode: colours, blended depth (``D``), expected depth (``ED``: divided by the accumulated opacity), or
+            both.
         sparse_grad: not supported.
         absgrad: set ``meta["means2d"].absgrad`` in the backward pass (AbsGS, arXiv 2404.10484).
         rasterize_mode: ``antialiased`` multiplies opacities by the compensation of Mip-Splatting (arXiv 2311.16493).
@@ -108,8 +111,8 @@ def rasterization(
         viewmats_rs: not supported.
 
     Returns:
-        Images ``[C, H, W, X]`` with X = D, 1 or D + 1 by ``render_mode``; accumulated opacities ``[C, H, W, 1]``; and what
-        gsplat's densification strategies read: ``means2d`` ``[C, N, 2]`` (in the graph), ``radii`` ``[C, N, 2]``,
+        Images ``[C, H, W, X]`` with X = D, 1 or D + 1 by ``render_mode``; accumulated opacities ``[C, H, W, 1]``; and
+        what gsplat's densification strategies read: ``means2d`` ``[C, N, 2]`` (in the graph), ``radii`` ``[C, N, 2]``,
         ``depths``, ``conics``, ``opacities`` ``[C, N]``, ``width``, ``height``, ``n_cameras``, ``gaussian_ids`` (None).
 
     Raises:

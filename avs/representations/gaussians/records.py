@@ -2,23 +2,27 @@
 
 import numpy as np
 
-from avs.representations.gaussians.kernels import kernel
-from avs.representations.gaussians.simd import LANES, aligned_empty
+from avs.representations.gaussians.kernels import Floats, Integers, kernel
+from avs.representations.gaussians.simd import LANES
+from avs.representations.gaussians.simd_memory import aligned_empty
 
 LOG2_ALPHA_MIN = float(np.log2(1.0 / 255.0))
 LOG2_E = float(np.log2(np.e))
 
-# Columns. The quadratic form (dx^2, dx dy, dy^2) and the logarithm of the opacity are in base 2, the former with the sign
-# of the exponent. From COLOR on come the channels.
+# Columns. The quadratic form (dx^2, dx dy, dy^2) and the logarithm of the opacity are in base 2, the former with the
+# sign of the exponent. From COLOR on come the channels.
 X, Y, XX, XY, YY, LOG_OPACITY, RADIUS_X, RADIUS_Y, COLOR = 0, 1, 2, 3, 4, 5, 6, 7, 8
 
 
 @kernel
-def pack_records(order, means2d, conics, opacities, colors, depths, radii, with_depth):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def pack_records(
+    order: Integers, means2d: Floats, conics: Floats, opacities: Floats, colors: Floats, depths: Floats,
+    radii: Integers, with_depth: bool,
+) -> Floats:  # fmt: skip
     """Return the records ``[M, width]`` of the Gaussians in ``order``, colours and then depth as their channels."""
     channels = colors.shape[1]
     width = (COLOR + channels + (1 if with_depth else 0) + LANES - 1) // LANES * LANES
-    records = aligned_empty(len(order) * width).reshape((len(order), width))
+    records: Floats = aligned_empty(len(order) * width).reshape((len(order), width))
     for place in range(len(order)):
         i = order[place]
         records[place, X] = means2d[i, 0]

@@ -7,13 +7,13 @@ through the normalisation, which removes its radial part.
 
 from __future__ import annotations
 
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from avs.representations.gaussians.kernels import inline, kernel
+from avs.representations.gaussians.kernels import Context, Floats, Integers, Number, Numbers, inline, kernel
 
 MAX_DEGREE = 4
 # Added to the sum of the harmonics, so that coefficients of 0 mean grey (3DGS, gsplat).
@@ -22,16 +22,19 @@ COLOR_OFFSET = 0.5
 # Normalisation constants; for instance _C0 = sqrt(1 / (4 pi)) and _C1 = sqrt(3 / (4 pi)).
 _C0 = np.float32(0.28209479177387814)
 _C1 = np.float32(0.4886025119029199)
-_C2 = np.float32([1.0925484305920792, 0.31539156525252005, 0.5462742152960396])
-_C3 = np.float32([0.5900435899266435, 2.890611442640554, 0.4570457994644658, 0.3731763325901154, 1.445305721320277])
-_C4 = np.float32(
+_C2 = np.array([1.0925484305920792, 0.31539156525252005, 0.5462742152960396], np.float32)
+_C3 = np.array(
+    [0.5900435899266435, 2.890611442640554, 0.4570457994644658, 0.3731763325901154, 1.445305721320277], np.float32
+)
+_C4 = np.array(
     [2.5033429417967046, 1.7701307697799304, 0.9461746957575601, 0.6690465435572892, 0.10578554691520431,
-     0.47308734787878004, 0.6258357354491761]
+     0.47308734787878004, 0.6258357354491761],
+    np.float32,
 )  # fmt: skip
 
 
 @inline
-def evaluate_basis(degree: int, x: Any, y: Any, z: Any, basis: Any) -> None:
+def evaluate_basis(degree: int, x: Number, y: Number, z: Number, basis: Floats) -> None:
     """Fill ``basis`` with the ``(degree + 1)^2`` functions at a unit vector."""
     basis[0] = _C0
     if degree >= 1:
@@ -68,7 +71,7 @@ def evaluate_basis(degree: int, x: Any, y: Any, z: Any, basis: Any) -> None:
 
 
 @inline
-def basis_gradient(degree: int, x: Any, y: Any, z: Any, t: Any) -> Any:
+def basis_gradient(degree: int, x: Number, y: Number, z: Number, t: Floats) -> Numbers:
     """Return the gradient at (x, y, z) of the sum of the basis functions weighted with ``t``."""
     vx = np.float32(0.0)
     vy = np.float32(0.0)
@@ -146,7 +149,9 @@ def basis_gradient(degree: int, x: Any, y: Any, z: Any, t: Any) -> Any:
 
 
 @kernel
-def _color_kernel(degree, means, centre, coefficients, radii, colors):
+def _color_kernel(
+    degree: int, means: Floats, centre: Floats, coefficients: Floats, radii: Integers, colors: Floats,
+) -> None:  # fmt: skip
     """Fill ``colors [N, 3]`` for one camera; 0 for Gaussians out of sight."""
     basis = np.zeros(25, np.float32)
     terms = (degree + 1) ** 2
@@ -169,7 +174,10 @@ def _color_kernel(degree, means, centre, coefficients, radii, colors):
 
 
 @kernel
-def _color_backward_kernel(degree, means, centre, coefficients, colors, v_colors, v_means, v_centre, v_coefficients):
+def _color_backward_kernel(
+    degree: int, means: Floats, centre: Floats, coefficients: Floats, colors: Floats, v_colors: Floats,
+    v_means: Floats, v_centre: Floats, v_coefficients: Floats,
+) -> None:  # fmt: skip
     """Add the gradients of one camera; a channel that was held at 0 has none."""
     basis = np.zeros(25, np.float32)
     terms = (degree + 1) ** 2
@@ -200,8 +208,8 @@ def _color_backward_kernel(degree, means, centre, coefficients, colors, v_colors
 
 class _Colors(torch.autograd.Function):
     @staticmethod
-    def forward(  # type: ignore[override]
-        ctx: Any, coefficients: Tensor, means: Tensor, centres: Tensor, radii: Tensor, degree: int
+    def forward(
+        ctx: Context, coefficients: Tensor, means: Tensor, centres: Tensor, radii: Tensor, degree: int
     ) -> Tensor:
         colors = torch.empty(len(centres), len(means), 3)
         for c in range(len(centres)):
@@ -219,7 +227,7 @@ class _Colors(torch.autograd.Function):
         return colors
 
     @staticmethod
-    def backward(ctx: Any, v_colors: Tensor) -> tuple[Tensor | None, ...]:  # type: ignore[override]
+    def backward(ctx: Context, v_colors: Tensor) -> tuple[Tensor | None, ...]:
         coefficients, means, centres, colors = ctx.saved_tensors
         v_coefficients, v_means = torch.zeros_like(coefficients), torch.zeros_like(means)
         v_centres = torch.zeros_like(centres)
@@ -250,4 +258,4 @@ def view_dependent_colors(coefficients: Tensor, means: Tensor, centres: Tensor, 
         radii: ``[C, N, 2]``; Gaussians of radius 0 are skipped and get 0.
         degree: highest degree to evaluate, at most 4 and with ``(degree + 1)^2 <= K``.
     """
-    return cast(Tensor, _Colors.apply(coefficients, means, centres, radii, degree))
+    return cast(Tensor, _Colors.apply(coefficients, means, centres, radii, degree))  # type: ignore[no-untyped-call]

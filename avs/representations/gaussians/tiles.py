@@ -7,11 +7,10 @@ its opacity is 1/255 reaches the tile's pixel centres: the test is exact for eac
 
 import numpy as np
 
-from avs.representations.gaussians.kernels import inline, kernel
-from avs.representations.gaussians.records import LOG2_ALPHA_MIN, LOG_OPACITY, RADIUS_X, RADIUS_Y, XX, XY, YY, X, Y
-from avs.representations.gaussians.simd import (
-    LANES, aligned_empty, aligned_full, ceil, floor, load, maximum, minimum, square_root, store, where,
-)  # fmt: skip
+from avs.representations.gaussians.kernels import Floats, Integers, inline, kernel
+from avs.representations.gaussians.records import LOG2_ALPHA_MIN, RADIUS_X, RADIUS_Y, XX, X, Y
+from avs.representations.gaussians.simd import LANES, ceil, floor, maximum, minimum, square_root, where
+from avs.representations.gaussians.simd_memory import aligned_empty, aligned_full, load, store
 
 TILE = 8
 # Beyond any image's last column.
@@ -25,13 +24,13 @@ _LEAST_DETERMINANT = 1e-30
 
 
 @kernel
-def depth_order(depths, radii):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def depth_order(depths: Floats, radii: Integers) -> Integers:
     """Return the indices of the visible Gaussians (radius above 0) from near to far, ties in index order.
 
     A radix sort of the bits of the depths, which for non-negative floats order as the numbers do.
     """
     keys = depths.view(np.uint32)
-    order = np.empty(len(depths), np.int32)
+    order: Integers = np.empty(len(depths), np.int32)
     count = 0
     for i in range(len(depths)):
         if radii[i, 0] > 0:
@@ -44,7 +43,7 @@ def depth_order(depths, radii):  # type: ignore[no-untyped-def]  # noqa: ANN001,
         histogram[0, key & np.uint32(2047)] += 1
         histogram[1, (key >> np.uint32(11)) & np.uint32(2047)] += 1
         histogram[2, key >> np.uint32(22)] += 1
-    other = np.empty(count, np.int32)
+    other: Integers = np.empty(count, np.int32)
     for digit in range(3):
         shift = np.uint32(11 * digit)
         total = 0
@@ -53,15 +52,15 @@ def depth_order(depths, radii):  # type: ignore[no-untyped-def]  # noqa: ANN001,
             histogram[digit, b] = total
             total += here
         for i in order:
-            b = (keys[i] >> shift) & np.uint32(2047)
-            other[histogram[digit, b]] = i
-            histogram[digit, b] += 1
+            bucket = (keys[i] >> shift) & np.uint32(2047)
+            other[histogram[digit, bucket]] = i
+            histogram[digit, bucket] += 1
         order, other = other, order
     return order
 
 
 @inline
-def grown(array, used, extra):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def grown(array: Integers, used: int, extra: int) -> Integers:
     """Return ``array``, or a longer copy, with room for ``extra`` more elements than ``used``."""
     if used + extra <= len(array):
         return array
@@ -72,7 +71,7 @@ def grown(array, used, extra):  # type: ignore[no-untyped-def]  # noqa: ANN001, 
 
 
 @inline
-def _next_live(live, columns, rows):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _next_live(live: Integers, columns: int, rows: int) -> Integers:
     """Return, per row and column, the first column from there on with a live tile; ``columns`` if there is none."""
     following = np.empty((rows, columns + 1), np.int32)
     for row in range(rows):
@@ -83,7 +82,7 @@ def _next_live(live, columns, rows):  # type: ignore[no-untyped-def]  # noqa: AN
 
 
 @inline
-def _spans(ellipses, height, spans):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _spans(ellipses: Floats, height: int, spans: Floats) -> None:
     """Fill ``spans [height, 2, 16]`` with the first and last tile columns of sixteen ellipses, row of tiles by row.
 
     ``ellipses`` are vectors of sixteen: centre relative to the first pixel's (x, y), a record's quadratic form and
@@ -116,7 +115,7 @@ def _spans(ellipses, height, spans):  # type: ignore[no-untyped-def]  # noqa: AN
 
 
 @inline
-def _gather(records, place, following, ellipses, boxes):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _gather(records: Floats, place: int, following: Integers, ellipses: Floats, boxes: Integers) -> tuple[int, int]:
     """Take the next Gaussians, up to sixteen, that may touch a live tile. Return the next place and how many there are.
 
     ``boxes [16, 5]`` gets each one's place and box of tiles: left, right, top, bottom.
@@ -147,7 +146,10 @@ def _gather(records, place, following, ellipses, boxes):  # type: ignore[no-unty
 
 
 @kernel
-def tile_lists(records, start, budget, columns, rows, live, offsets, base, entries, used):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def tile_lists(
+    records: Floats, start: int, budget: int, columns: int, rows: int, live: Integers, offsets: Integers, base: int,
+    entries: Integers, used: int,
+) -> tuple[int, Integers, int]:  # fmt: skip
     """Append the lists of the next Gaussians, from place ``start`` on, until ``budget`` entries are there.
 
     Args:
@@ -191,7 +193,7 @@ def tile_lists(records, start, budget, columns, rows, live, offsets, base, entri
                     # written in any case, kept if the tile is live
                     tiles[found] = tile
                     places[found] = boxes[lane, 0]
-                    alive = np.int32(live[tile] != 0)
+                    alive = int(live[tile] != 0)
                     counts[tile + 1] += alive
                     found += alive
     entries = grown(entries, used, found)
