@@ -2,87 +2,124 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from avs.datasets.embedded.film import exposure_of, tone
+from avs.datasets.embedded.film import tone
 from avs.datasets.embedded.house import flat
 from avs.datasets.embedded.indoor import room_light
+from avs.datasets.embedded.lens import Lens
 from avs.datasets.embedded.model import Array, assemble
 from avs.datasets.embedded.raycast import Hits
+from avs.datasets.embedded.render import meter
 from avs.datasets.embedded.settings import EmbeddedSettings
 from avs.datasets.embedded.shading import Shader
+from avs.datasets.embedded.stage import Stage
+from avs.datasets.embedded.trajectories import walkthrough
 from avs.files import atomic_folder, write_json
 
-SPACING = 0.03
-"""Greatest distance of neighbouring vertices in metres: as fine as the colours get."""
+FINEST = 0.02
+"""Edges are not halved below this length in metres."""
+
+CONTRAST = 0.04
+"""Edges are halved where the colour in their middle differs by more than this (of 1) from the mean of their ends."""
+
+_CHUNK = 1 << 16
+
+Colors = Callable[[npt.NDArray[np.int64], Array], Array]
 
 
 def refine(
-    triangles: npt.NDArray[np.int32], vertices: Array, spacing: float
-) -> tuple[npt.NDArray[np.int64], Array, npt.NDArray[np.int64]]:
-    """Cut triangles evenly until no edge is longer than ``spacing``.
+    triangles: npt.NDArray[np.int32], vertices: Array, colors: Colors
+) -> tuple[npt.NDArray[np.int64], Array, Array]:
+    """Halve triangles at their longest edge wherever the colours between their corners need it.
 
     Args:
         triangles: ``[t, 3]`` vertex indices.
         vertices: ``[v, 3]`` metres.
-        spacing: metres.
+        colors: returns the colours ``[n, 3]`` in 0..1 at barycentric weights ``[n, 3]`` of triangles ``[n]``.
 
     Returns:
-        source: ``[n]`` the triangle that each new vertex lies in.
-        weights: ``[n, 3]`` its barycentric weights there.
-        faces: ``[m, 3]`` the new triangles.
+        source: ``[n]`` the triangle that each new triangle is a part of.
+        weights: ``[n, 3, 3]`` the barycentric weights there of the new triangle's corners.
+        shades: ``[n, 3, 3]`` the corners' colours.
     """
-    corners = vertices[triangles]
-    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    parts = np.maximum(np.ceil(longest / spacing), 1).astype(np.int64)
-    sources, weights, faces, count = [], [], [], 0
-    for number in np.unique(parts):
-        rows = np.flatnonzero(parts == number)
-        grid, pattern = _pattern(int(number))
-        sources.append(np.repeat(rows, len(grid)))
-        weights.append(np.tile(grid, (len(rows), 1)))
-        start = count + len(grid) * np.arange(len(rows))[:, None, None]
-        faces.append((pattern[None] + start).reshape(-1, 3))
-        count += len(grid) * len(rows)
-    return np.concatenate(sources), np.concatenate(weights).astype(np.float32), np.concatenate(faces)
+    source = np.arange(len(triangles))
+    weights = np.tile(np.eye(3, dtype=np.float32), (len(triangles), 1, 1))
+    shades = colors(np.repeat(source, 3), weights.reshape(-1, 3)).reshape(-1, 3, 3)
+    done: list[tuple[npt.NDArray[np.int64], Array, Array]] = []
+    while len(source):
+        corners = weights @ vertices[triangles[source]]
+        # Edge k lies opposite to corner k.
+        edges = np.linalg.norm(np.roll(corners, -1, axis=1) - np.roll(corners, 1, axis=1), axis=2)
+        order = ((edges.argmax(axis=1)[:, None] + np.arange(3)) % 3)[:, :, None]
+        weights, shades = np.take_along_axis(weights, order, axis=1), np.take_along_axis(shades, order, axis=1)
+        middle, color = weights[:, 1:].mean(axis=1), np.zeros((len(source), 3), np.float32)
+        split = np.zeros(len(source), bool)
+        wide = np.flatnonzero(edges.max(axis=1) > FINEST)
+        color[wide] = colors(source[wide], middle[wide])
+        # The middle alone could by chance have the mean colour of its ends.
+        for inner in (np.array([0.0, 0.5, 0.5]), np.array([0.4, 0.42, 0.18]), np.array([0.2, 0.15, 0.65])):
+            found = color[wide] if not inner[0] else colors(source[wide], inner.astype(np.float32) @ weights[wide])
+            split[wide[np.abs(found - inner @ shades[wide]).max(axis=1) > CONTRAST]] = True
+            wide = wide[~split[wide]]
+        done.append((source[~split], weights[~split], shades[~split]))
+        source, weights, shades, middle, color = (v[split] for v in (source, weights, shades, middle, color))
+        weights, shades = _halved(weights, middle), _halved(shades, color)
+        source = np.concatenate([source, source])
+    return tuple(np.concatenate(parts) for parts in zip(*done, strict=True))  # type: ignore[return-value]
 
 
-def _pattern(number: int) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
-    """Return the barycentric grid of a triangle whose edges are cut into ``number`` parts, and its triangles."""
-    nodes = [(i, j) for i in range(number + 1) for j in range(number + 1 - i)]
-    index = {node: k for k, node in enumerate(nodes)}
-    faces = []
-    for i, j in nodes:
-        if i + j < number:
-            faces.append((index[i, j], index[i + 1, j], index[i, j + 1]))
-        if i + j < number - 1:
-            faces.append((index[i + 1, j], index[i + 1, j + 1], index[i, j + 1]))
-    first, second = np.array(nodes, np.float64).T / number
-    return np.stack([1 - first - second, first, second], axis=1), np.array(faces, np.int64)
+def _halved(corners: Array, middle: Array) -> Array:
+    """Return ``[2n, 3, 3]``: both halves of triangles that are cut from corner 0 to the ``middle`` of the other two."""
+    apex, first, second = corners[:, 0], corners[:, 1], corners[:, 2]
+    return np.concatenate([np.stack([apex, first, middle], 1), np.stack([apex, middle, second], 1)])
 
 
-def colored_mesh(
-    shader: Shader, spacing: float = SPACING
-) -> tuple[Array, npt.NDArray[np.uint8], npt.NDArray[np.int64]]:
+def colored_mesh(shader: Shader, exposure: float) -> tuple[Array, npt.NDArray[np.uint8], npt.NDArray[np.int64]]:
     """Return vertices ``[v, 3]``, their sRGB colours ``[v, 3]`` and triangles ``[t, 3]`` of the lit scene."""
     model = shader.model
-    source, weights, faces = refine(model.triangles, model.vertices, spacing)
-    corners = model.triangles[source]
-    vertices = np.einsum("nk,nkc->nc", weights, model.vertices[corners])
-    colors = np.zeros_like(vertices)
-    above = 0.05
-    rng = np.random.default_rng(0)
-    for start in range(0, len(vertices), 1 << 18):
-        part = slice(start, start + (1 << 18))
+
+    def colors(source: npt.NDArray[np.int64], weights: Array) -> Array:
+        return tone(_light(shader, source, weights), exposure).astype(np.float32) / 255
+
+    source, weights, shades = refine(model.triangles, model.vertices, colors)
+    corners = weights @ model.vertices[model.triangles[source]]
+    # Corners at one place of one material share a vertex; a tenth of a millimetre tells places apart.
+    key = np.concatenate([np.rint(corners * 1e4), np.repeat(_facing(shader, source)[:, None], 3, axis=1)], axis=2)
+    packed = key.reshape(-1, 4).astype(np.int32).view("V16").ravel()
+    _, first, faces = np.unique(packed, return_index=True, return_inverse=True)
+    return (
+        corners.reshape(-1, 3)[first],
+        np.rint(shades.reshape(-1, 3)[first] * 255).astype(np.uint8),
+        faces.reshape(-1, 3),
+    )
+
+
+def _light(shader: Shader, source: npt.NDArray[np.int64], weights: npt.NDArray[np.floating]) -> Array:
+    """Return the radiance ``[n, 3]`` at barycentric ``weights`` of triangles, each seen from straight above."""
+    model, above = shader.model, 0.05
+    light = np.zeros((len(source), 3), np.float32)
+    for start in range(0, len(source), _CHUNK):
+        part = slice(start, start + _CHUNK)
         normal = shader.face_normals[source[part]]
-        hits = Hits(np.full(len(normal), above, np.float32), source[part], weights[part])
-        draws = rng.random((len(normal), 3), dtype=np.float32)
-        # Each vertex is seen from straight above, by a ray as wide as the spacing.
-        colors[part] = shader.shade(vertices[part] + above * normal, -normal, hits, spacing / above, draws)
-    return vertices, tone(colors, exposure_of(colors)), faces
+        part_weights = weights[part].astype(np.float32)
+        points = np.einsum("nk,nkc->nc", part_weights, model.vertices[model.triangles[source[part]]])
+        hits = Hits(np.full(len(normal), above, np.float32), source[part], part_weights)
+        # The middle of sun and lamps, and the level of detail that belongs to the finest edges.
+        draws = np.tile(np.array([0.0, 0.0, 0.5], np.float32), (len(normal), 1))
+        light[part] = shader.shade(points + above * normal, -normal, hits, FINEST / above, draws)
+    return light
+
+
+def _facing(shader: Shader, source: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Return ``[n, 1]``: one number for the material and the rough direction of each triangle."""
+    octant = (shader.face_normals[source] > 0) @ np.array([1, 2, 4])
+    axis = np.abs(shader.face_normals[source]).argmax(axis=1)
+    return np.asarray((shader.model.triangle_material[source] * 8 + octant) * 3 + axis, np.int64)[:, None]
 
 
 def write_apartment(seed: int, folder: Path, settings: EmbeddedSettings) -> None:
@@ -90,9 +127,12 @@ def write_apartment(seed: int, folder: Path, settings: EmbeddedSettings) -> None
     rng = np.random.default_rng([seed, 5, 0])
     home = flat(2, int(rng.integers(2, 4)), rng)
     # The garden outside is left away: a simulator's map ends at the windows.
-    model = assemble(mesh for part in home.meshes[1:] for mesh in part)
-    shader = Shader(model, room_light(list(home.rooms), home.lamps, rng), settings, seed)
-    vertices, colors, faces = colored_mesh(shader)
+    meshes = tuple(mesh for part in home.meshes[1:] for mesh in part)
+    light = room_light(list(home.rooms), home.lamps, rng)
+    stage = Stage(meshes, light, (*home.rooms[0].center, 1.2), 1.5, path=home.path)
+    shader = Shader(assemble(meshes), light, settings, seed)
+    cameras = Lens(1.5, 80).cameras(walkthrough(stage, 24, shader.caster, rng), 32)
+    vertices, colors, faces = colored_mesh(shader, meter(shader, cameras, rng))
     rooms = [{"use": r.use, "x": [r.x0, r.x1], "y": [r.y0, r.y1], "height": r.height} for r in home.rooms]
     with atomic_folder(folder) as temporary:
         (temporary / "mesh.ply").write_bytes(ply_bytes(vertices, faces, colors))

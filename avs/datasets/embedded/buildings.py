@@ -52,8 +52,7 @@ def wall(
             quad((left + w, thickness, bottom), (0, -thickness, 0), (0, 0, h), back, cell),
             quad((left, thickness, bottom + h), (w, 0, 0), (0, -thickness, 0), back, cell),
         ]
-        if bottom > 0:
-            group.append(quad((left, 0, bottom), (w, 0, 0), (0, thickness, 0), back, cell))
+        group.append(quad((left, 0, bottom), (w, 0, 0), (0, thickness, 0), back, cell))
     return group
 
 

@@ -14,7 +14,7 @@ from avs.datasets.embedded.noise import SpaceNoise
 from avs.datasets.embedded.plants import LEAF, creeper, hedge, leaves, rock, scatter, shrub, tree, tufts
 from avs.datasets.embedded.props import arranged, blossom, carton, potted_plant, vase
 from avs.datasets.embedded.sculpture import plinth, statue
-from avs.datasets.embedded.shapes import ball, box, displaced, ground
+from avs.datasets.embedded.shapes import ball, box, displaced, ground, lathe
 from avs.datasets.embedded.stage import Stage
 
 Generator = np.random.Generator
@@ -180,9 +180,9 @@ def surroundings(
     ):
         angle = facing + side + 0.2 * rng.normal()
         put(turned(build, angle - np.pi / 2), clear + rng.uniform(1.5, 4.0), angle)
-    for _ in range(int(rng.integers(9, 14))):
+    for _ in range(int(rng.integers(13, 19))):
         flower = blossom(rng) if rng.random() < 0.5 else None
-        radius = rng.uniform(0.3, 0.75)
+        radius = rng.uniform(0.3, 0.9)
         put(
             shrub(radius, int(420 * radius + 150), rng, flower),
             clear + radius + rng.uniform(0.1, 4.0),
@@ -190,7 +190,7 @@ def surroundings(
             0.05,
         )
     for _ in range(5):
-        put(tree(rng.uniform(3.0, 5.0), 1300, rng), clear + rng.uniform(1.2, 6.0), facing + rng.uniform(0.7, 5.6), 0.05)
+        put(tree(rng.uniform(3.0, 5.0), 1800, rng), clear + rng.uniform(1.2, 6.0), facing + rng.uniform(0.7, 5.6), 0.05)
     for _ in range(6):
         put(tree(rng.uniform(5.0, 9.0), 900, rng, 0.2), clear + rng.uniform(9, 22), rng.uniform(0, 2 * np.pi), 0.1)
     for _ in range(7):
@@ -249,6 +249,7 @@ def sculpture_court(rng: Generator) -> Stage:
     heading = float(rng.uniform(0, 2 * np.pi))
     behind = heading + np.pi + float(rng.uniform(-0.8, 0.8))
     group = piece + lawn + court_floor(court, rng) + surroundings(rng, ring * 0.95, height, behind)
+    group += clutter(rng, 1.4, ring * 0.85, 7)
     return Stage(tuple(group), daylight(rng, heading), (0.0, 0.0, middle + 0.1), ring, heading)
 
 
@@ -277,11 +278,55 @@ def facade(rng: Generator) -> Stage:
     return Stage(tuple(group), daylight(rng, -np.pi / 2), (0.0, 0.6, 1.7), ring, -np.pi / 2)
 
 
+def clutter(rng: Generator, inner: float, outer: float, count: int) -> Group:
+    """Return ``count`` things that stand about on a ring: pots, crates, stones, a bench, shrubs in tubs, a birdbath."""
+    group: Group = []
+    start = rng.uniform(0, 2 * np.pi)
+    for k in range(count):
+        # The golden angle keeps neighbours apart whatever their number is.
+        angle, distance = start + 2.4 * k + 0.15 * rng.normal(), rng.uniform(inner, outer)
+        kind = int(rng.integers(6))
+        if kind == 0:
+            thing: Group = [m.scaled(2.5, 2.5, 2.2) for m in carton(rng)]
+            thing += moved(turned([m.scaled(1.8, 1.8, 1.8) for m in carton(rng)], rng.uniform(0, 6)), 0.5, 0.1, 0)
+        elif kind == 1:
+            thing = [rock(rng.uniform(0.15, 0.3), rng)]
+        elif kind == 2:
+            thing = birdbath(rng)
+        elif kind == 3:
+            thing = moved(vase(rng, rng.uniform(0.4, 0.6)), 0, 0, 0)
+        else:
+            thing = potted_plant(rng, rng.uniform(0.14, 0.34))
+        group += moved(turned(thing, rng.uniform(0, 6)), distance * np.cos(angle), distance * np.sin(angle), 0.004)
+    return group
+
+
+def birdbath(rng: Generator) -> Group:
+    """Return a stone basin on a baluster, filled with water."""
+    stone = Material("stone", 0.7, roughness=0.75, relief=0.003)
+    profile = [
+        (0, 0),
+        (0.2, 0),
+        (0.2, 0.06),
+        (0.1, 0.12),
+        (0.07, 0.3),
+        (0.1, 0.45),
+        (0.08, 0.62),
+        (0.3, 0.72),
+        (0.33, 0.78),
+    ]
+    water = Material("marble", 1.0, (0.05, 0.08, 0.08), 0.06, 0.04)
+    scale = rng.uniform(0.8, 1.05)
+    basin = lathe([*profile, (0.3, 0.78), (0.22, 0.71), (0, 0.7)], stone, 0.05, 28)
+    return [m.scaled(scale, scale, scale) for m in (basin, lathe([(0.29, 0.755), (0, 0.755)], water, 0.1, 24))]
+
+
 def garden(rng: Generator) -> Stage:
     """Return a garden whose kind of centre piece, weather and planting ``rng`` draws."""
     piece, middle = CENTRE_PIECES[int(rng.integers(len(CENTRE_PIECES)))](rng)
-    ring = rng.uniform(2.1, 2.5) + 0.7 * middle
+    ring = rng.uniform(2.2, 2.6) + 0.45 * middle
     court = ring * rng.uniform(0.75, 1.15)
     lawn, height = terrain(rng, court, ring + 3)
     group = piece + lawn + court_floor(court, rng) + surroundings(rng, ring * 1.2 + 0.4, height)
+    group += clutter(rng, 1.45, max(ring * 0.8, 1.7), int(rng.integers(7, 11)))
     return Stage(tuple(group), daylight(rng), (0.0, 0.0, middle), ring)

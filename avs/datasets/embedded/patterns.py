@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[np.float32]
+Floats = npt.NDArray[np.floating]
 Generator = np.random.Generator
 
 
@@ -26,22 +27,23 @@ class Texture:
     gloss: Array
 
 
-def texture(color: Array, height: Array | None = None, gloss: Array | None = None) -> Texture:
+def texture(color: Floats, height: Floats | None = None, gloss: Floats | None = None) -> Texture:
     """Return a texture of these fields, clipped to their ranges; without relief and fully glossy by default."""
     size = color.shape[:2]
-    height = np.zeros(size, np.float32) if height is None else np.asarray(height, np.float32)
-    gloss = np.ones(size, np.float32) if gloss is None else np.asarray(gloss, np.float32)
-    return Texture(np.clip(color, 0.004, 0.96).astype(np.float32), np.clip(height, 0, 1), np.clip(gloss, 0, 1))
+    height = np.zeros(size) if height is None else height
+    gloss = np.ones(size) if gloss is None else gloss
+    color, height, gloss = np.clip(color, 0.004, 0.96), np.clip(height, 0, 1), np.clip(gloss, 0, 1)
+    return Texture(color.astype(np.float32), height.astype(np.float32), gloss.astype(np.float32))
 
 
-def ramp(values: Array, *colors: tuple[float, float, float]) -> Array:
+def ramp(values: Floats, *colors: tuple[float, float, float]) -> Array:
     """Return colours ``[..., 3]`` interpolated between evenly spaced ``colors`` at ``values`` in 0..1."""
     table = np.array(colors, np.float32)
     stops = np.linspace(0, 1, len(table))
     return np.stack([np.interp(values, stops, table[:, channel]) for channel in range(3)], axis=-1).astype(np.float32)
 
 
-def smoothstep(low: float, high: float, values: Array) -> Array:
+def smoothstep(low: float, high: float, values: Floats) -> Array:
     """Return 0 below ``low``, 1 above ``high``, and a smooth passage between."""
     part = np.clip((values - low) / (high - low), 0, 1)
     return np.asarray(part * part * (3 - 2 * part), np.float32)
@@ -50,7 +52,7 @@ def smoothstep(low: float, high: float, values: Array) -> Array:
 def coordinates(size: int) -> tuple[Array, Array]:
     """Return the rows' and the columns' position ``[size, size]`` in 0..1 of each texel."""
     axis = (np.arange(size, dtype=np.float32) + 0.5) / size
-    return np.meshgrid(axis, axis, indexing="ij")  # type: ignore[return-value]
+    return np.meshgrid(axis, axis, indexing="ij")
 
 
 def courses(size: int, rows: int, columns: int, joint: float, shift: float) -> tuple[Array, npt.NDArray[np.int64]]:

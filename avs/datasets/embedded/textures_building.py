@@ -70,7 +70,9 @@ def _roof_tiles(size: int, rng: Generator) -> Texture:
     color = ramp(tone, (0.14, 0.055, 0.035), (0.33, 0.13, 0.075), (0.45, 0.24, 0.15)) * (
         0.25 + 0.75 * height[..., None]
     )
-    return texture(color * (1 - moss) + np.float32([0.1, 0.11, 0.05]) * moss, height.astype(np.float32), 0.3 * grain)
+    return texture(
+        color * (1 - moss) + np.array([0.1, 0.11, 0.05], np.float32) * moss, height.astype(np.float32), 0.3 * grain
+    )
 
 
 def _tiles(size: int, rng: Generator) -> Texture:
@@ -87,7 +89,7 @@ def _tiles(size: int, rng: Generator) -> Texture:
     ink = np.clip(motif, 0, 1)[..., None]
     color = body * (1 - ink) + hue.astype(np.float32) * (0.6 + 0.5 * glaze[..., None]) * ink
     mask = inside[..., None]
-    return texture(color * mask + np.float32([0.3, 0.29, 0.27]) * (1 - mask), inside, inside)
+    return texture(color * mask + np.array([0.3, 0.29, 0.27], np.float32) * (1 - mask), inside, inside)
 
 
 def _marble(size: int, rng: Generator) -> Texture:
@@ -101,7 +103,10 @@ def _marble(size: int, rng: Generator) -> Texture:
 def _metal(size: int, rng: Generator) -> Texture:
     brushed = fractal_noise(size, (64, 2), rng, 3, 0.7)
     rust = smoothstep(0.62, 0.9, fractal_noise(size, 5, rng, 5, 0.6))[..., None]
-    color = ramp(brushed, (0.42, 0.42, 0.43), (0.62, 0.62, 0.62)) * (1 - rust) + np.float32([0.26, 0.12, 0.05]) * rust
+    color = (
+        ramp(brushed, (0.42, 0.42, 0.43), (0.62, 0.62, 0.62)) * (1 - rust)
+        + np.array([0.26, 0.12, 0.05], np.float32) * rust
+    )
     return texture(color, brushed, 1 - 0.9 * rust[..., 0])
 
 

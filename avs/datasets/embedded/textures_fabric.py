@@ -26,7 +26,7 @@ def _check(size: int, rng: Generator) -> Texture:
     thread = 0.85 + 0.3 * (_weave(size, rng).height - 0.5)
     dark = rng.dirichlet((1.2, 1.2, 1.2)).astype(np.float32) * 0.7
     color = (
-        np.float32([0.68, 0.66, 0.6]) * (1 - 0.5 * (first + second))[..., None]
+        np.array([0.68, 0.66, 0.6], np.float32) * (1 - 0.5 * (first + second))[..., None]
         + dark * (0.5 * (first + second))[..., None]
     )
     return texture(color * thread[..., None], thread - 0.5)
@@ -41,7 +41,7 @@ def _carpet(size: int, rng: Generator) -> Texture:
     edge = np.minimum(np.minimum(x, 1 - x), np.minimum(y, 1 - y))
     bands = np.floor(ornament * 7 + 3 * (edge < 0.16) + 2 * (edge < 0.05)).astype(np.int64)
     base = rng.dirichlet((3, 3, 3), 13) * rng.uniform(0.2, 1.0, (13, 1))
-    warm = np.float32([0.45, 0.12, 0.08]) * rng.uniform(0.3, 1)
+    warm = np.array([0.45, 0.12, 0.08], np.float32) * rng.uniform(0.3, 1)
     pile = 0.75 + 0.5 * (fractal_noise(size, 64, rng, 2) - 0.5)
     color = (0.45 * base[bands % 13] + 0.55 * warm).astype(np.float32) * pile[..., None]
     return texture(color, pile - 0.25)
@@ -70,7 +70,10 @@ def _glaze(size: int, rng: Generator) -> Texture:
     bands = np.floor((y + 0.03 * warp) * 14).astype(np.int64)
     hues = (0.12 + rng.dirichlet((2, 2, 2)) * rng.uniform(0.3, 1.2, (15, 1)) + 0.1 * rng.random((15, 3))) * 0.8
     wave = ((np.sin(2 * np.pi * (12 * x + 2 * warp)) > 0.2) & (bands % 3 == 1)).astype(np.float32)[..., None]
-    color = np.clip(hues[bands % 15], 0, 0.9).astype(np.float32) * (1 - wave) + np.float32([0.7, 0.66, 0.58]) * wave
+    color = (
+        np.clip(hues[bands % 15], 0, 0.9).astype(np.float32) * (1 - wave)
+        + np.array([0.7, 0.66, 0.58], np.float32) * wave
+    )
     return texture(color * (0.8 + 0.3 * fractal_noise(size, 16, rng, 4)[..., None]))
 
 
@@ -78,7 +81,8 @@ def _paper(size: int, rng: Generator) -> Texture:
     y, _ = coordinates(size)
     leaves = fractal_noise(size, (128, 1), rng, 1)
     return texture(
-        np.repeat((0.55 + 0.3 * leaves + 0.05 * np.sin(40 * y))[..., None], 3, axis=2) * np.float32([1, 0.95, 0.85]),
+        np.repeat((0.55 + 0.3 * leaves + 0.05 * np.sin(40 * y))[..., None], 3, axis=2)
+        * np.array([1, 0.95, 0.85], np.float32),
         leaves,
     )
 

@@ -32,7 +32,9 @@ def _soil(size: int, rng: Generator) -> Texture:
     crumbs = 0.5 * fractal_noise(size, 24, rng, 4, 0.8) + 0.5 * tileable(grey("gravel", size))
     leaves = smoothstep(0.62, 0.7, fractal_noise(size, 20, rng, 2))[..., None]
     ground = ramp(crumbs, (0.02, 0.014, 0.01), (0.1, 0.07, 0.045), (0.25, 0.19, 0.13))
-    return texture(ground * (1 - leaves) + np.float32([0.24, 0.15, 0.06]) * leaves * (0.5 + crumbs[..., None]), crumbs)
+    return texture(
+        ground * (1 - leaves) + np.array([0.24, 0.15, 0.06], np.float32) * leaves * (0.5 + crumbs[..., None]), crumbs
+    )
 
 
 def _bark(size: int, rng: Generator) -> Texture:
@@ -41,7 +43,7 @@ def _bark(size: int, rng: Generator) -> Texture:
     tone = np.clip(1.3 * ridges - 0.4 + 0.4 * (grain - 0.5), 0, 1)
     moss = (smoothstep(0.55, 0.8, fractal_noise(size, 3, rng, 4)) * 0.5)[..., None]
     color = ramp(tone, (0.2, 0.16, 0.12), (0.11, 0.08, 0.055), (0.025, 0.018, 0.012))
-    return texture(color * (1 - moss) + np.float32([0.09, 0.12, 0.04]) * moss, 1 - tone)
+    return texture(color * (1 - moss) + np.array([0.09, 0.12, 0.04], np.float32) * moss, 1 - tone)
 
 
 def _leaf(size: int, rng: Generator) -> Texture:
@@ -68,7 +70,7 @@ def _stone(size: int, rng: Generator) -> Texture:
     lichen = smoothstep(0.6, 0.75, fractal_noise(size, 7, rng, 5, 0.6))[..., None]
     color = ramp(np.clip(0.6 * coarse + 0.4 * grain, 0, 1), (0.12, 0.11, 0.1), (0.36, 0.34, 0.31), (0.6, 0.57, 0.52))
     return texture(
-        color * (1 - 0.6 * lichen) + np.float32([0.3, 0.29, 0.16]) * 0.6 * lichen,
+        color * (1 - 0.6 * lichen) + np.array([0.3, 0.29, 0.16], np.float32) * 0.6 * lichen,
         0.6 * coarse + 0.4 * grain,
         0.3 * grain,
     )
