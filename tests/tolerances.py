@@ -50,7 +50,7 @@ FISHER_FACTORS = 1e-5
 # The same sum of squares from autograd, pixel by pixel, both float32; relative to an entry or to the column's largest.
 FISHER_AUTOGRAD = 1e-3
 
-# avs/representations/gaussians/rasterization.py: float32 against float64. Colours and opacities are of order one; a few
+# avs/representations/gaussians/rasterizer.py: float32 against float64. Colours and opacities are of order one; a few
 # dozen Gaussians with a rounding of 1e-7 each, through exponents of up to 8. Relative to the largest depth.
 RASTER_IMAGE = 1e-4
 # Relative L2 norm; measured 2e-6, 2e-5 where one pixel of a threshold decides otherwise.

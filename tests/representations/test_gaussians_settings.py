@@ -34,3 +34,14 @@ def test_every_field_is_described():
 def test_settings_do_not_import_torch():
     code = "import sys, avs.representations.gaussians.settings; sys.exit('torch' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_the_package_exports_its_public_names_whatever_was_imported_before():
+    import avs.representations.gaussians.rasterizer
+    from avs.representations.gaussians import GaussianSplats, build, rasterization
+
+    assert rasterization is avs.representations.gaussians.rasterizer.rasterization
+    assert callable(build)
+    assert callable(GaussianSplats)
+    with pytest.raises(ImportError):
+        from avs.representations.gaussians import nothing  # noqa: F401

@@ -5,7 +5,7 @@ import reference_renderer as reference
 import torch
 from tolerances import RASTER_GRADIENT, RASTER_GRADIENT_SATURATED, RASTER_IMAGE
 
-from avs.representations.gaussians.rasterization import rasterization
+from avs.representations.gaussians.rasterizer import rasterization
 
 WIDTH, HEIGHT, CAMERAS = 45, 37, 2
 NAMES = ("means", "quats", "scales", "opacities", "colors", "viewmats", "backgrounds")

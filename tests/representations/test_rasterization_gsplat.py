@@ -8,7 +8,7 @@ from test_rasterization import HEIGHT, WIDTH, cameras, gaussians
 from tolerances import RASTER_GRADIENT, RASTER_IMAGE
 
 from avs.representations.gaussians.projection import project_gaussians
-from avs.representations.gaussians.rasterization import rasterization
+from avs.representations.gaussians.rasterizer import rasterization
 from avs.representations.gaussians.spherical_harmonics import view_dependent_colors
 
 gsplat = pytest.importorskip("gsplat")

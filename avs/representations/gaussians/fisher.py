@@ -62,7 +62,7 @@ def fisher_diagonal(
 
     It differs from FisherRF's CUDA kernel in these points:
 
-    * The opacity is held at 0.999, not 0.99, as in :func:`~avs.representations.gaussians.rasterization.rasterization`.
+    * The opacity is held at 0.999, not 0.99, as in :func:`~avs.representations.gaussians.rasterizer.rasterization`.
     * Quaternions are normalised inside, so that their derivative has no radial part; FisherRF's kernel is handed
       normalised ones and differentiates as if they were free. FisherRF's score leaves rotations out by default.
     * FisherRF's kernel offsets the pointer to the harmonics by K floats per Gaussian instead of 3 K, so that above

@@ -21,7 +21,7 @@ from avs.representations.gaussians.initialization import PointCloud, initial_poi
 from avs.representations.gaussians.losses import Target, photometric_loss, prepare_target
 from avs.representations.gaussians.optimization import active_degree, create_optimizers, follow_schedules
 from avs.representations.gaussians.parameters import NAMES, Parameters, create_parameters
-from avs.representations.gaussians.rasterization import rasterization
+from avs.representations.gaussians.rasterizer import rasterization
 from avs.representations.gaussians.settings import GaussianSettings
 from avs.scene import Scene
 
