@@ -31,6 +31,8 @@ _INTS = ir.VectorType(ir.IntType(32), LANES)
 _BITS = ir.VectorType(ir.IntType(1), LANES)
 # A value of LLVM, a numba type, or the object that carries them.
 Part = Any
+# numba wants an implementation's parameters named and annotated as those of the function that chooses it: lambdas.
+_overload = cast("Callable[[Callable[..., Any]], Callable[[Callable[..., Any]], Any]]", overload)
 _intrinsic = cast("Callable[[Callable[..., Any]], Any]", intrinsic)
 
 
@@ -127,11 +129,7 @@ def _is_vector(*kinds: Part) -> bool:
 def _overload_operator(function: Callable[..., Any], result: types.Type, emit: Callable[..., Any]) -> None:
     two = _elementwise(2, result, emit)
 
-    @overload(function, inline="never")
-    def implementation(a: Part, b: Part) -> Part:
-        if _is_vector(a, b):
-            return lambda a, b: two(a, b)
-        return None
+    _overload(function)(lambda a, b: (lambda a, b: two(a, b)) if _is_vector(a, b) else None)
 
 
 _overload_operator(operator.add, VECTOR, lambda builder, a, b: builder.fadd(a, b))
@@ -147,9 +145,7 @@ def _negative(typingctx: Part, a: Part) -> Part:
     return VECTOR(a), lambda context, builder, signature, arguments: builder.fneg(arguments[0])
 
 
-@overload(operator.neg)
-def _overload_negative(a: Part) -> Part:
-    return (lambda a: _negative(a)) if isinstance(a, _Vector) else None
+_overload(operator.neg)(lambda a: (lambda a: _negative(a)) if _is_vector(a) else None)
 
 
 @_intrinsic
@@ -157,9 +153,7 @@ def _mask_and(typingctx: Part, a: Part, b: Part) -> Part:
     return MASK(a, b), lambda context, builder, signature, arguments: builder.and_(*arguments)
 
 
-@overload(operator.and_)
-def _overload_and(a: Part, b: Part) -> Part:
-    return (lambda a, b: _mask_and(a, b)) if isinstance(a, _Mask) else None
+_overload(operator.and_)(lambda a, b: (lambda a, b: _mask_and(a, b)) if isinstance(a, _Mask) else None)
 
 
 @_intrinsic
@@ -225,46 +219,16 @@ def absolute(a: float) -> float:
     return abs(a)
 
 
-@overload(fma)
-def _overload_fma(a: Part, b: Part, c: Part) -> Part:
-    if _is_vector(a, b, c):
-        return lambda a, b, c: _fma(a, b, c)
-    return lambda a, b, c: a * b + c
-
-
-@overload(minimum)
-def _overload_minimum(a: Part, b: Part) -> Part:
-    if _is_vector(a, b):
-        return lambda a, b: _minimum(a, b)
-    return lambda a, b: a if a < b else b
-
-
-@overload(maximum)
-def _overload_maximum(a: Part, b: Part) -> Part:
-    if _is_vector(a, b):
-        return lambda a, b: _maximum(a, b)
-    return lambda a, b: a if a > b else b
-
-
-@overload(where)
-def _overload_where(mask: Part, a: Part, b: Part) -> Part:
-    if isinstance(mask, _Mask):
-        return lambda mask, a, b: _select(mask, a, b)
-    return lambda mask, a, b: a if mask else b
-
-
-@overload(square_root)
-def _overload_square_root(a: Part) -> Part:
-    if _is_vector(a):
-        return lambda a: _square_root(a)
-    return lambda a: np.sqrt(a)
-
-
-@overload(absolute)
-def _overload_absolute(a: Part) -> Part:
-    if _is_vector(a):
-        return lambda a: _absolute(a)
-    return lambda a: abs(a)
+_overload(fma)(lambda a, b, c: (lambda a, b, c: _fma(a, b, c)) if _is_vector(a, b, c) else (lambda a, b, c: a * b + c))
+_overload(minimum)(lambda a, b: (lambda a, b: _minimum(a, b)) if _is_vector(a, b) else (lambda a, b: a if a < b else b))
+_overload(maximum)(lambda a, b: (lambda a, b: _maximum(a, b)) if _is_vector(a, b) else (lambda a, b: a if a > b else b))
+_overload(where)(
+    lambda mask, a, b: (
+        (lambda mask, a, b: _select(mask, a, b)) if isinstance(mask, _Mask) else (lambda mask, a, b: a if mask else b)
+    )
+)
+_overload(square_root)(lambda a: (lambda a: _square_root(a)) if _is_vector(a) else (lambda a: np.sqrt(a)))
+_overload(absolute)(lambda a: (lambda a: _absolute(a)) if _is_vector(a) else (lambda a: abs(a)))
 
 
 # 2^f on [-1/2, 1/2], minimax in the relative error, which is 9.2e-8 before rounding (linear programme on 2001 points).

@@ -126,7 +126,7 @@ def aligned_empty(count: int) -> Floats:
 @inline
 def aligned_full(count: int, value: float) -> Floats:
     """Return :func:`aligned_empty` filled with ``value``."""
-    array = aligned_empty(count)
+    array: Floats = aligned_empty(count)
     for k in range(count):
         array[k] = np.float32(value)
     return array
