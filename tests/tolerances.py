@@ -59,3 +59,11 @@ RASTER_GRADIENT = 1e-3
 RASTER_GRADIENT_SATURATED = 1e-3
 # avs/representations/gaussians/fisher.py: each element, relative; products of two gradients. Measured 1e-5.
 FISHER_DIAGONAL = 1e-3
+
+# avs/datasets/embedded: the mesh is stored in float32 and cast again by the same rays.
+EMBEDDED_DEPTH = 1e-6
+# Mean colour difference of one place in two views of 64 pixels, relative to that of random places: shading depends on
+# the view, and a pixel of one view is only a part of one of the other.
+EMBEDDED_REPROJECTION = 0.75
+# Share of observations whose point, moved by its error, slipped behind an edge: 0.3 of a pixel where a pixel is 2 cm.
+EMBEDDED_HIDDEN = 0.06

@@ -1,7 +1,7 @@
 """Embedded scenes: synthetic captures made on the spot from a seed, so that nothing has to be downloaded.
 
-A scene is drawn from its pattern and seed: layout, materials, things, weather and light. Textured meshes are ray-cast with
-sun, sky, lamps, shadows, light passed on between surfaces, and reflections; the textures are the photographs that
+A scene is drawn from its pattern and seed: layout, materials, things, weather and light. Textured meshes are ray-cast
+with sun, sky, lamps, shadows, light passed on between surfaces, and reflections; the textures are the photographs that
 scikit-image carries and procedural noise. Each pattern stands for one data set of the literature:
 
 - ``orbit`` (Mip-NeRF360): inward-facing rings around a centre piece; even seeds outdoors, odd seeds indoors.
@@ -25,9 +25,9 @@ def make_scene(pattern: str, seed: int, settings: EmbeddedSettings, folder: Path
     Raises:
         UserError: there is no such pattern.
     """
-    from avs.datasets.embedded.capture import write_capture
+    from avs.datasets.embedded.capture import build_capture, write_capture
 
-    write_capture(pattern, seed, settings, folder)
+    write_capture(build_capture(pattern, seed, settings), pattern, seed, folder)
 
 
 def make_apartment(seed: int, folder: Path, settings: EmbeddedSettings | None = None) -> None:

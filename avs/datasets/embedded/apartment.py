@@ -67,9 +67,8 @@ def refine(
             split[wide[np.abs(found - inner @ shades[wide]).max(axis=1) > CONTRAST]] = True
             wide = wide[~split[wide]]
         done.append((source[~split], weights[~split], shades[~split]))
-        source, weights, shades, middle, color = (v[split] for v in (source, weights, shades, middle, color))
-        weights, shades = _halved(weights, middle), _halved(shades, color)
-        source = np.concatenate([source, source])
+        weights, shades = _halved(weights[split], middle[split]), _halved(shades[split], color[split])
+        source = np.concatenate([source[split], source[split]])
     return tuple(np.concatenate(parts) for parts in zip(*done, strict=True))  # type: ignore[return-value]
 
 
@@ -84,7 +83,7 @@ def colored_mesh(shader: Shader, exposure: float) -> tuple[Array, npt.NDArray[np
     model = shader.model
 
     def colors(source: npt.NDArray[np.int64], weights: Array) -> Array:
-        return tone(_light(shader, source, weights), exposure).astype(np.float32) / 255
+        return tone(_light(shader, source, weights), exposure) * np.float32(1 / 255)
 
     source, weights, shades = refine(model.triangles, model.vertices, colors)
     corners = weights @ model.vertices[model.triangles[source]]
@@ -123,7 +122,10 @@ def _facing(shader: Shader, source: npt.NDArray[np.int64]) -> npt.NDArray[np.int
 
 
 def write_apartment(seed: int, folder: Path, settings: EmbeddedSettings) -> None:
-    """Write ``mesh.ply`` (metres, z upwards, coloured vertices) and ``apartment.json`` (rooms and a walk) to ``folder``."""
+    """Write a flat to ``folder``.
+
+    ``mesh.ply`` is in metres, z upwards, with coloured vertices; ``apartment.json`` has the rooms and a walk.
+    """
     rng = np.random.default_rng([seed, 5, 0])
     home = flat(2, int(rng.integers(2, 4)), rng)
     # The garden outside is left away: a simulator's map ends at the windows.

@@ -130,13 +130,14 @@ def _hemispheres(normal: Array, rays: int, rng: np.random.Generator) -> Array:
     x, y = (radius * np.cos(angle + turn)).astype(np.float32), (radius * np.sin(angle + turn)).astype(np.float32)
     z = np.sqrt(1 - k / rays).astype(np.float32)
     tangent, bitangent = frame(normal)
-    return x[..., None] * tangent[:, None] + y[..., None] * bitangent[:, None] + z[:, None] * normal[:, None]
+    turned = x[..., None] * tangent[:, None] + y[..., None] * bitangent[:, None]
+    return np.asarray(turned + z[:, None] * normal[:, None])
 
 
 def _direct(
     origin: Array, normal: Array, caster: Caster, lighting: Lighting, sharp: bool, rng: np.random.Generator
 ) -> Array:
-    """Return the mean light ``[n, 3]`` of sun and ``sharp`` lamps, or of the other lamps, over four shadow rays each."""
+    """Return the mean light ``[n, 3]`` of sun and ``sharp`` lamps, or of the other lamps, over four shadow rays."""
     total = np.zeros_like(origin)
     samples = 4
     lamps = [lamp for lamp in lighting.lamps if lamp.sharp == sharp]
@@ -155,7 +156,7 @@ def _direct(
             lit = np.flatnonzero(weight * max(lamp.intensity) > 2e-3)
             lit = lit[~caster.blocked(origin[lit], way[lit], 0.999)]
             total[lit] += weight[lit, None] * np.asarray(lamp.intensity, np.float32)
-    return total / samples
+    return np.asarray(total / samples, np.float32)
 
 
 def _through_windows(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -28,12 +29,12 @@ def wall(
     cell: float = 0.3,
     backed: bool = True,
 ) -> Group:
-    """Return a wall along x from the origin: its front faces -y at y = 0, its back (if ``backed``) +y at ``thickness``."""
+    """Return a wall along x from the origin: its front faces -y at y = 0, its back (if any) +y at ``thickness``."""
     xs = sorted({0.0, width, *(x for o in openings for x in (o[0], o[0] + o[2]))})
     zs = sorted({0.0, height, *(z for o in openings for z in (o[1], o[1] + o[3]))})
     group: Group = []
-    for x0, x1 in zip(xs[:-1], xs[1:], strict=True):
-        for z0, z1 in zip(zs[:-1], zs[1:], strict=True):
+    for x0, x1 in itertools.pairwise(xs):
+        for z0, z1 in itertools.pairwise(zs):
             x, z = (x0 + x1) / 2, (z0 + z1) / 2
             if any(o[0] < x < o[0] + o[2] and o[1] < z < o[1] + o[3] for o in openings):
                 continue

@@ -87,7 +87,13 @@ class Capture:
 
 
 def build_capture(pattern: str, seed: int, settings: EmbeddedSettings) -> Capture:
-    """Return the capture of ``pattern`` (a key of ``PATTERNS``) that ``seed`` draws; the same bytes for the same arguments."""
+    """Return the capture of ``pattern``, a key of ``PATTERNS``, that ``seed`` draws; equal arguments, equal bytes.
+
+    Raises:
+        UserError: there is no such pattern.
+    """
+    if pattern not in PATTERNS:
+        raise UserError(f"pattern {pattern!r}", "unknown", f"choose one of {', '.join(sorted(PATTERNS))}")
     kind = PATTERNS[pattern]
     stage = kind.layout(seed, np.random.default_rng([seed, kind.number, 0]))
     model = assemble(stage.meshes)
@@ -115,15 +121,8 @@ def build_capture(pattern: str, seed: int, settings: EmbeddedSettings) -> Captur
     return Capture(names, images, cameras, np.arange(0, len(cameras), 8), points, depths, model)
 
 
-def write_capture(pattern: str, seed: int, settings: EmbeddedSettings, folder: Path) -> None:
-    """Write the scene folder of ``build_capture(pattern, seed, settings)``.
-
-    Raises:
-        UserError: there is no such pattern.
-    """
-    if pattern not in PATTERNS:
-        raise UserError(f"pattern {pattern!r}", "unknown", f"choose one of {', '.join(sorted(PATTERNS))}")
-    capture = build_capture(pattern, seed, settings)
+def write_capture(capture: Capture, pattern: str, seed: int, folder: Path) -> None:
+    """Write ``capture``, which ``pattern`` and ``seed`` gave, as a scene."""
     with tempfile.TemporaryDirectory() as temporary:
         mesh = Path(temporary) / "mesh.ply"
         mesh.write_bytes(ply_bytes(capture.mesh.vertices, capture.mesh.triangles))
@@ -136,7 +135,7 @@ def write_capture(pattern: str, seed: int, settings: EmbeddedSettings, folder: P
             cameras=capture.cameras,
             test=capture.test,
             points=capture.points,
-            source=f"synthetic, made by avs.datasets.embedded from seed {seed}; photographs as textures from scikit-image",
+            source=f"synthetic, avs.datasets.embedded, seed {seed}; textures partly photographs from scikit-image",
             licence="CC0 1.0; the photographs are in the public domain or CC0",
             depth=capture.depth,
             mesh=mesh,

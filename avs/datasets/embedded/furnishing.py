@@ -120,7 +120,7 @@ def centre_group(kind: str, rng: Generator) -> tuple[Group, float]:
             angle = 2 * np.pi * (k + 0.3 * rng.normal()) / 6
             thing = (mug, fruit, book, carton)[int(rng.integers(4))](rng)
             group += moved(turned(thing, rng.uniform(0, 6)), 0.34 * np.cos(angle), 0.34 * np.sin(angle), height + 0.001)
-        for k in range(2):
+        for _ in range(2):
             angle = rng.uniform(0, 2 * np.pi)
             group += moved(turned(chair(rng), angle), 0.95 * np.cos(angle), 0.95 * np.sin(angle), 0.013)
         return group, height

@@ -40,7 +40,7 @@ class Flat:
 
 
 def floor_plan(rows: int, columns: int, rng: Generator) -> list[Room]:
-    """Return ``rows`` x ``columns`` rooms in serpentine order, with doors between successive ones and windows outside."""
+    """Return ``rows`` x ``columns`` rooms in serpentine order, with doors between successive ones, and windows."""
     xs = np.concatenate([[0.0], np.cumsum(rng.uniform(3.6, 4.9, columns))])
     ys = np.concatenate([[0.0], np.cumsum(rng.uniform(3.5, 4.6, rows))])
     height, half = float(rng.uniform(2.5, 2.8)), INNER / 2

@@ -47,7 +47,7 @@ class Window:
 
 
 class Sky:
-    """Radiance of the sky by direction: a gradient, haze, a halo about the sun, clouds; below the horizon, the ground."""
+    """Radiance of the sky by direction: a gradient, a halo about the sun, clouds; below the horizon, the ground."""
 
     def __init__(
         self, zenith: Color, horizon: Color, below: Color, sun: Sun | None, cloudiness: float, rng: np.random.Generator
@@ -98,9 +98,8 @@ class Sky:
         row = (0.5 - np.arcsin(np.clip(directions[:, 2], -1, 1)) * np.float32(1 / np.pi)) * rows
         column = np.arctan2(directions[:, 1], directions[:, 0]) * np.float32(columns / (2 * np.pi)) % columns
         if not smooth:
-            return self.panorama[
-                np.minimum(row.astype(np.int64), rows - 1), np.minimum(column.astype(np.int64), columns - 1)
-            ]
+            nearest = np.minimum(row.astype(np.int64), rows - 1), np.minimum(column.astype(np.int64), columns - 1)
+            return np.asarray(self.panorama[nearest])
         row, column = row - 0.5, column - 0.5
         row0, column0 = np.floor(row).astype(np.int64), np.floor(column).astype(np.int64)
         fy, fx = (row - row0).astype(np.float32)[:, None], (column - column0).astype(np.float32)[:, None]

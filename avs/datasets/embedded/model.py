@@ -52,8 +52,8 @@ class Mesh:
         triangles: ``[t, 3]`` vertex indices.
         material: of all triangles.
         shade: ``[v, 3]`` factor on the reflectance.
-        site: ``[v]`` index of the place where the vertex' light is computed: most often the vertex itself; the vertices of
-            a leaf share one.
+        site: ``[v]`` index of the place where the vertex' light is computed: most often the vertex itself; the
+            vertices of a leaf share one.
     """
 
     vertices: Array
@@ -130,7 +130,7 @@ def rotation_about(angle: float, axis: str) -> Array:
 def unit(vectors: npt.NDArray[np.floating]) -> Array:
     """Return ``vectors`` ``[..., 3]`` at length one; a zero vector stays zero."""
     length = np.sqrt(np.einsum("...i,...i->...", vectors, vectors))[..., None]
-    return (vectors / np.maximum(length, 1e-12)).astype(np.float32)
+    return np.asarray(vectors / np.maximum(length, 1e-12), np.float32)
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
@@ -100,3 +102,8 @@ class SpaceNoise:
             x, y, z = ((index + corner) & 15).T
             total += weight * self._lattice[x, y, z]
         return total.astype(np.float32)
+
+
+def lumps(noise: SpaceNoise, height: float, frequency: float) -> Callable[[Array], Array]:
+    """Return the function that maps points ``[n, 3]`` to ``height`` times ``noise`` at ``frequency`` per metre."""
+    return lambda points: height * noise(points * frequency)

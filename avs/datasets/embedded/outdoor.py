@@ -10,7 +10,7 @@ from avs.datasets.embedded.buildings import garden_wall, house
 from avs.datasets.embedded.furniture import chair, round_table, table, trestle
 from avs.datasets.embedded.lighting import Lighting, Sky, Sun
 from avs.datasets.embedded.model import Array, Group, Material, moved, turned
-from avs.datasets.embedded.noise import SpaceNoise
+from avs.datasets.embedded.noise import SpaceNoise, lumps
 from avs.datasets.embedded.plants import LEAF, creeper, hedge, leaves, rock, scatter, shrub, tree, tufts
 from avs.datasets.embedded.props import arranged, blossom, carton, potted_plant, vase
 from avs.datasets.embedded.sculpture import plinth, statue
@@ -49,7 +49,7 @@ def daylight(rng: Generator, side: float | None = None) -> Lighting:
 
 
 def terrain(rng: Generator, court: float, flat: float, reach: float = 140.0) -> tuple[Group, Callable[[Array], Array]]:
-    """Return lawn from radius ``court`` outwards, level up to ``flat``, with hills at the edge; and its height function."""
+    """Return lawn from radius ``court`` outwards, level up to ``flat``, then hills; and its height function."""
     noise = SpaceNoise(rng)
 
     def height(plane: Array) -> Array:
@@ -230,11 +230,8 @@ def _tree_line(rng: Generator, height: Callable[[Array], Array]) -> Group:
             radius = rng.uniform(1.3, 3.0)
             tint = (tone * rng.uniform(0.8, 1.3), tone, tone * rng.uniform(0.7, 1.1))
             for _ in range(3):
-                noise = SpaceNoise(rng)
-                crown = displaced(
-                    ball(radius, Material("foliage", radius * 1.3, tint, 0.8), radius * 0.5, rng.uniform(0.8, 1.3)),
-                    lambda p, n=noise, r=radius: 0.7 * r * n(p / r * 1.2),
-                )
+                crown = ball(radius, Material("foliage", radius * 1.3, tint, 0.8), radius * 0.5, rng.uniform(0.8, 1.3))
+                crown = displaced(crown, lumps(SpaceNoise(rng), 0.7 * radius, 1.2 / radius))
                 shift = rng.normal(size=3) * radius * np.array([0.5, 0.5, 0.25])
                 group.append(crown.moved(x + shift[0], y + shift[1], z + shift[2] + 0.2 * radius))
     return group

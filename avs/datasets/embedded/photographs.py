@@ -55,14 +55,14 @@ def grey(name: str, size: int) -> Array:
     """Return the photograph ``name`` as ``[size, size]`` brightness, stretched so that 1 % and 99 % lie at 0 and 1."""
     values = photograph(name, size).mean(axis=2) ** 0.5
     low, high = np.quantile(values, [0.01, 0.99])
-    return np.clip((values - low) / (high - low), 0, 1).astype(np.float32)
+    return np.asarray(np.clip((values - low) / (high - low), 0, 1), np.float32)
 
 
 def tileable(image: Array) -> Array:
     """Return ``image`` ``[size, size, ...]`` changed so that it repeats without a seam.
 
-    The image is blended with itself moved by half its size, under a weight that vanishes at the borders; the blend keeps
-    the variance, which a plain average would halve.
+    The image is blended with itself moved by half its size, under a weight that vanishes at the borders; the blend
+    keeps the variance, which a plain average would halve.
     """
     size = len(image)
     ramp = np.clip(1.5 - np.abs(np.linspace(-2, 2, size, dtype=np.float32)), 0, 1)
@@ -70,7 +70,8 @@ def tileable(image: Array) -> Array:
     moved = np.roll(image, (size // 2, size // 2), axis=(0, 1))
     mean = image.mean(axis=(0, 1), keepdims=True)
     norm = np.sqrt(weight**2 + (1 - weight) ** 2)
-    return np.clip(mean + (weight * (image - mean) + (1 - weight) * (moved - mean)) / norm, 0, 1).astype(np.float32)
+    blend = mean + (weight * (image - mean) + (1 - weight) * (moved - mean)) / norm
+    return np.asarray(np.clip(blend, 0, 1), np.float32)
 
 
 def from_srgb(values: npt.NDArray[np.floating]) -> Array:

@@ -1,4 +1,4 @@
-"""Trees, shrubs, hedges, flowers, grass, and rocks. Leaves are real geometry: one rhomb each, sharing one place for light."""
+"""Trees, shrubs, hedges, flowers, grass and rocks. Leaves are real geometry: one rhomb each."""
 
 from __future__ import annotations
 

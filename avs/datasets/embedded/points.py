@@ -1,4 +1,4 @@
-"""Sparse points with observations, as structure from motion would leave them: at textured, visible places, a little off."""
+"""Sparse points as structure from motion would leave them: at textured, visible places, a little off."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def inside(
     cameras: Cameras, index: int, pixels: npt.NDArray[np.floating], depth: npt.NDArray[np.floating]
 ) -> npt.NDArray[np.bool_]:
     """Return which of the ``pixels`` ``[n, 2]`` at ``depth`` ``[n]`` lie in the image of camera ``index``."""
-    return (depth > 0.05) & (pixels >= 0).all(axis=1) & (pixels < cameras.sizes[index]).all(axis=1)
+    return np.asarray((depth > 0.05) & (pixels >= 0).all(axis=1) & (pixels < cameras.sizes[index]).all(axis=1))
 
 
 def _visibility(caster: Caster, cameras: Cameras, spots: Array, source: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
@@ -112,4 +112,4 @@ def _colors(cameras: Cameras, images: Images, spots: Array, seen: npt.NDArray[np
         pixels = np.floor(project(cameras, index, spots[rows])[0]).astype(np.int64)
         x, y = np.clip(pixels[:, 0], 0, image.shape[1] - 1), np.clip(pixels[:, 1], 0, image.shape[0] - 1)
         total[rows] += image[y, x]
-    return np.rint(total / np.maximum(seen.sum(axis=1), 1)[:, None]).astype(np.uint8)
+    return np.asarray(np.rint(total / np.maximum(seen.sum(axis=1), 1)[:, None]), np.uint8)

@@ -27,8 +27,8 @@ CARDBOARD = Material("weave", 0.12, (0.75, 0.55, 0.36), roughness=0.9)
 WAX = Material("fruit", 0.3, roughness=0.4)
 
 
-# Dyes and glazes that people have around them: brick, wine, navy, slate, forest, olive, mustard, cream, terracotta, brown,
-# teal, charcoal, rose.
+# Dyes and glazes that people have around them: brick, wine, navy, slate, forest, olive, mustard, cream, terracotta,
+# brown, teal, charcoal, rose.
 _DYES = np.array(
     [
         (1, 0.34, 0.24),

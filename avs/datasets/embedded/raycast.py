@@ -42,7 +42,7 @@ class Caster:
         self._scene.add_triangles(self._core.Tensor(vertices), self._core.Tensor(triangles.astype(np.uint32)))
 
     def nearest(self, origins: Array, directions: Array) -> Hits:
-        """Return where rays from ``origins`` along ``directions`` (both ``[n, 3]`` or broadcast) first meet the mesh."""
+        """Return where rays from ``origins`` along ``directions`` ``[n, 3]`` first meet the mesh."""
         distance, triangle, weights = [], [], []
         for batch in _batches(origins, directions):
             answer = self._scene.cast_rays(self._core.Tensor(batch), nthreads=1)

@@ -12,7 +12,7 @@ from avs.datasets.embedded.shading import Shader
 
 
 def pixel_rays(cameras: Cameras, index: int, pixels: npt.NDArray[np.floating]) -> tuple[Array, Array]:
-    """Return the centre ``[3]`` of camera ``index`` and directions ``[n, 3]`` of depth one through ``pixels`` ``[n, 2]``."""
+    """Return the centre ``[3]`` of a camera and directions ``[n, 3]`` of depth one through ``pixels`` ``[n, 2]``."""
     matrix, pose = cameras.intrinsics[index], cameras.world_to_camera[index]
     plane = (pixels - matrix[:2, 2]) / matrix[[0, 1], [0, 1]]
     local = np.concatenate([plane, np.ones((len(plane), 1))], axis=1)
@@ -51,7 +51,7 @@ def render(
 
 
 def _sequence(pixels: int, samples: int, rng: np.random.Generator) -> Array:
-    """Return ``[pixels * samples, 3]`` numbers in 0..1: the R3 sequence in each pixel, shifted by chance (Roberts 2018).
+    """Return ``[pixels * samples, 3]`` numbers in 0..1: per pixel the R3 sequence (Roberts 2018), shifted by chance.
 
     Its points are spread evenly, so that a penumbra is smooth with few samples.
     """

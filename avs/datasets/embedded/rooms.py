@@ -57,7 +57,7 @@ class Room:
     def against(self, side: int, group: Iterable[Mesh]) -> Group:
         """Move ``group`` from a wall's own frame into the room.
 
-        In that frame x runs along the wall from its left end seen from inside, the wall is at y = 0 and the room at y < 0.
+        In that frame x runs along the wall from its left end seen from inside, the wall is at y = 0, the room at y < 0.
         """
         angle, (x, y) = self._frame(side)
         return moved(turned(group, angle), x, y, 0)

@@ -42,18 +42,18 @@ def _capsules(height: float, rng: Generator) -> list[tuple[Floats, Floats, float
     limbs = [
         (hip, chest, 0.095, 0.105),
         (chest, neck, 0.085, 0.04),
-        (head - [0, 0, 0.015], head + [0, 0, 0.02], 0.052, 0.058),
-        (head + [0, -0.05, -0.005], head + [0, -0.062, -0.01], 0.014, 0.016),
+        (head - np.array([0, 0, 0.015]), head + np.array([0, 0, 0.02]), 0.052, 0.058),
+        (head + np.array([0, -0.05, -0.005]), head + np.array([0, -0.062, -0.01]), 0.014, 0.016),
     ]
     for side in (-1.0, 1.0):
         step = 0.07 * side * turn
         knee = np.array([0.07 * side + lean, -0.05 * step / 0.07, 0.27])
         limbs += [
-            (hip + [0.06 * side, 0, -0.02], knee, 0.075, 0.05),
+            (hip + np.array([0.06 * side, 0, -0.02]), knee, 0.075, 0.05),
             (knee, np.array([0.08 * side, step * 0.6, 0.03]), 0.05, 0.035),
             (np.array([0.08 * side, step * 0.6, 0.03]), np.array([0.09 * side, step * 0.6 - 0.09, 0.02]), 0.033, 0.025),
         ]
-        shoulder = chest + [0.12 * side, 0, 0.06]
+        shoulder = chest + np.array([0.12 * side, 0, 0.06])
         raised = rng.uniform(-0.6, 1.0)
         elbow = shoulder + 0.17 * unit(np.array([side * rng.uniform(0.5, 1.0), -0.3, -0.8 + raised]))
         hand = elbow + 0.16 * unit(np.array([-0.4 * side, -0.8, rng.uniform(-0.4, 0.9)]))
@@ -85,7 +85,7 @@ def statue(rng: Generator, height: float) -> Group:
     field = np.maximum(field, 0.0 - grid[:, 2])
     shape = tuple(len(axis) for axis in axes)
     spacing = tuple(float(axis[1] - axis[0]) for axis in axes)
-    vertices, triangles, normals, _ = marching_cubes(
+    vertices, triangles, normals, _ = marching_cubes(  # type: ignore[no-untyped-call]
         field.reshape(shape), 0.0, spacing=spacing, gradient_direction="ascent"
     )
     vertices = (vertices + [axis[0] for axis in axes]) * height

@@ -24,9 +24,6 @@ class EmbeddedSettings(BaseModel):
     bounces: int = Field(
         2, ge=0, le=8, description="how often light is passed on between surfaces before it reaches the eye"
     )
-    vertex_spacing: float = Field(
-        1.0, gt=0.1, le=8.0, description="factor on the distance between vertices, where baked light is stored"
-    )
     points: int = Field(3000, ge=0, description="greatest number of sparse points")
     point_noise: float = Field(
         0.3, ge=0, description="standard deviation of a sparse point's error, in pixels of its observations"

@@ -92,7 +92,9 @@ class Shader:
         albedo = surface.color * self._tint[material] * fields[:, 5:8]
         ambient = fields[:, 8:11]
         point = (
-            origins + directions * hits.distance[:, None] + OFFSET * side[:, None] * self.face_normals[hits.triangle]
+            origins
+            + directions * hits.distance[:, None]
+            + np.float32(OFFSET) * side[:, None] * self.face_normals[hits.triangle]
         )
         shine = reflectance * surface.gloss
         diffuse, highlight = self._direct(point, normal, directions, roughness, translucency, draws)
@@ -163,7 +165,7 @@ class Shader:
 
 
 def _ggx(normal: Array, toward: Array, view: Array, roughness: Array) -> Array:
-    """Return pi times the GGX distribution with Smith's visibility (Walter et al. 2007, Karis 2013), per reflectance."""
+    """Return pi times GGX distribution and Smith's visibility (Walter et al. 2007, Karis 2013), per reflectance."""
     half = unit(toward + view)
     alpha = np.maximum(roughness, 0.08) ** 2
     square = alpha * alpha

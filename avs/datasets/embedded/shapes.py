@@ -1,10 +1,11 @@
-"""Primitive meshes. Each has texture coordinates in metres, outward normals and vertices close enough to store light at.
+"""Primitive meshes, with texture coordinates in metres, outward normals and vertices close enough to store light at.
 
 ``cell`` is everywhere the greatest wanted distance between neighbouring vertices, in metres.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -32,7 +33,7 @@ def _steps(length: float, cell: float) -> int:
 def surface(points: Floats, coordinates: Floats, material: Material, normals: Floats | None = None) -> Mesh:
     """Return the mesh of a grid of points ``[rows, columns, 3]`` with texture coordinates ``[rows, columns, 2]``.
 
-    Seen from the front, columns run counterclockwise before rows do: the normal is columns' direction x rows' direction.
+    The normal is the columns' direction x the rows' direction.
     Without ``normals`` they come from the grid's differences.
     """
     rows, columns = points.shape[:2]
@@ -150,8 +151,8 @@ def lathe(
     """Return the surface of revolution of ``profile`` about the z axis.
 
     Args:
-        profile: (radius, height) pairs in order; the outside lies to the right of the direction of travel upwards. Sharp
-            corners come from a point given twice.
+        profile: (radius, height) pairs in order; the outside lies to the right of the direction of travel upwards.
+            Sharp corners come from a point given twice.
         material: of the surface.
         cell: greatest distance of vertices along the profile.
         segments: around the axis; 0 chooses by the greatest radius.
@@ -159,7 +160,7 @@ def lathe(
     """
     nodes = np.asarray(profile, np.float64)
     pieces = [nodes[:1]]
-    for a, b in zip(nodes[:-1], nodes[1:], strict=True):
+    for a, b in itertools.pairwise(nodes):
         count = _steps(float(np.linalg.norm(b - a)), cell)
         pieces.append(a + (b - a) * (np.arange(1, count + 1) / count)[:, None])
     line = np.concatenate(pieces)
@@ -193,7 +194,7 @@ def _profile_normals(line: Floats) -> Floats:
     sharp_before = np.concatenate([[False], length < 1e-9])
     sharp_after = np.concatenate([length < 1e-9, [False]])
     total = np.where(sharp_before[:, None], 0, before) + np.where(sharp_after[:, None], 0, after)
-    return total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-12)
+    return np.asarray(total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-12))
 
 
 def cylinder(radius: float, height: float, material: Material, cell: float = 0.1) -> Mesh:
@@ -236,7 +237,7 @@ def displaced(mesh: Mesh, offset: Callable[[Array], Floats]) -> Mesh:
 
 
 def with_smooth_normals(mesh: Mesh, key: npt.NDArray[np.integer] | None = None) -> Mesh:
-    """Return ``mesh`` with the area-weighted mean of its triangles' normals at each vertex (shared by equal ``key``)."""
+    """Return ``mesh`` with the area-weighted mean of its triangles' normals at each vertex; equal ``key`` share one."""
     key = np.arange(len(mesh.vertices)) if key is None else key
     a, b, c = (mesh.vertices[mesh.triangles[:, i]] for i in range(3))
     face = np.cross(b - a, c - a)
