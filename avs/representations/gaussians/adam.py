@@ -9,13 +9,15 @@ zero.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 import torch
-from numba import njit
 from torch import Tensor
 from torch.nn import Parameter
+
+from avs.representations.gaussians.kernels import kernel
 
 BETA1, BETA2 = 0.9, 0.999
 
@@ -101,7 +103,7 @@ _B1, _B2 = np.float32(BETA1), np.float32(BETA2)
 _A1, _A2 = np.float32(1 - BETA1), np.float32(1 - BETA2)
 
 
-@njit(cache=True, fastmath={"contract", "nsz"}, error_model="numpy")
+@partial(kernel, fastmath={"contract", "nsz"})
 def _update_columns(arrays, begin, end, rate, scale, epsilon):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Update columns ``begin`` to ``end``. Divisions stay as written: epsilon may be 1e-15, 0 / epsilon must be 0."""
     parameter, gradient, first, second = arrays

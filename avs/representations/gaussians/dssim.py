@@ -12,9 +12,13 @@ and its backward take over 100.
 
 from __future__ import annotations
 
+from functools import partial
+
+import numba
 import numpy as np
 import numpy.typing as npt
-from numba import njit
+
+from avs.representations.gaussians.kernels import kernel
 
 RADIUS = 5
 """The window has 11 pixels, as in Wang et al. 2004 and 3DGS."""
@@ -23,6 +27,10 @@ C1, C2 = 0.01**2, 0.03**2
 """The constants of SSIM for images in 0..1 (Wang et al. 2004, equation 13)."""
 
 FloatArray = npt.NDArray[np.float32]
+
+# Sums may be reordered, which the vector units need; the order is the same in every run on one kind of machine.
+_kernel = partial(kernel, fastmath=True)
+_inline = numba.njit(error_model="numpy", fastmath=True, inline="always")
 
 _CHANNELS = 3
 _MARGIN = RADIUS * _CHANNELS
@@ -73,7 +81,7 @@ def l1_dssim(
     return value, gradient.reshape(image.shape)
 
 
-@njit(cache=True, error_model="numpy", fastmath=True, inline="always")
+@_inline
 def _along(row, out, length):
     """Blur one row into ``out``; ``row`` has ``_MARGIN`` zeros at each end."""
     for j in range(length):
@@ -87,7 +95,7 @@ def _along(row, out, length):
         )
 
 
-@njit(cache=True, error_model="numpy", fastmath=True, inline="always")
+@_inline
 def _across(plane, i, out, length):
     """Blur rows i..i+10 of ``plane`` into ``out``; the plane has ``RADIUS`` rows of zeros at each end."""
     # In two loops: LLVM checks at most eight pairs of arrays for overlap before it vectorises.
@@ -99,7 +107,7 @@ def _across(plane, i, out, length):
         out[j] += _W2 * (a[j] + f[j]) + _W3 * (b[j] + e[j]) + _W4 * (c[j] + d[j])
 
 
-@njit(cache=True, error_model="numpy", fastmath=True)
+@_kernel
 def _blur(rows):
     height, length = rows.shape
     plane = np.zeros((height + 2 * RADIUS, length), np.float32)
@@ -113,7 +121,7 @@ def _blur(rows):
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=True)
+@_kernel
 def _l1_dssim(image, target, target_mean, target_square, weight):
     """Return the sums of the absolute differences and of the SSIM map, and the gradient of the loss.
 
@@ -170,7 +178,7 @@ def _l1_dssim(image, target, target_mean, target_square, weight):
 # scalar.
 
 
-@njit(cache=True, error_model="numpy", fastmath=True, inline="always")
+@_inline
 def _moments_row(x, y, out_x, out_xx, out_xy, length):
     for j in range(length):
         out_x[j] = x[j]
@@ -180,7 +188,7 @@ def _moments_row(x, y, out_x, out_xx, out_xy, length):
         out_xy[j] = x[j] * y[j]
 
 
-@njit(cache=True, error_model="numpy", fastmath=True, inline="always")
+@_inline
 def _derivatives_row(ex, exx, exy, ey, eyy, inverse, by_ex, by_exx, by_exy, length):
     """Write the derivatives of the SSIM map of one row and return the row's sum of the map."""
     for j in range(length):
@@ -204,7 +212,7 @@ def _derivatives_row(ex, exx, exy, ey, eyy, inverse, by_ex, by_exx, by_exy, leng
     return total
 
 
-@njit(cache=True, error_model="numpy", fastmath=True, inline="always")
+@_inline
 def _gradient_row(x, y, by_ex, by_exx, by_exy, l1_scale, ssim_scale, out, length):
     """Write one row of the gradient and return the row's sum of absolute differences."""
     total = np.float32(0)

@@ -30,13 +30,13 @@ def _stamp() -> bytes:
 _STAMP = _stamp()
 
 
-def kernel(function: Callable[..., Any]) -> Compiled:
+def kernel(function: Callable[..., Any], fastmath: bool | set[str] = False) -> Compiled:
     """Compile ``function`` for this machine and keep the machine code on disk.
 
     The code is kept beside the source or, where that is read-only, in the user's cache folder (``NUMBA_CACHE_DIR``
-    names another). With neither at hand each process compiles anew.
+    names another). With neither at hand each process compiles anew. ``fastmath`` is numba's.
     """
-    options: Any = {"error_model": "numpy", "nogil": True}
+    options: Any = {"error_model": "numpy", "nogil": True, "fastmath": fastmath}
     try:
         compiled = numba.njit(cache=True, **options)(function)
     except RuntimeError:
