@@ -2,6 +2,8 @@
 
 from avs.sources import ROOT, sources
 
+REGISTRY = ["avs/selectors/__init__.py", "avs/selectors/base.py"]
+
 
 def test_imports_are_followed_also_inside_functions():
     files = sources("avs.cli")
@@ -14,8 +16,7 @@ def test_imports_are_followed_also_inside_functions():
 
 def test_a_method_is_no_part_of_the_loop():
     files = sources("avs.experiment")
-    methods = [path for path in files if path.startswith("avs/selectors/")]
-    assert methods == ["avs/selectors/__init__.py", "avs/selectors/base.py"]
+    assert [path for path in files if path.startswith("avs/selectors/")] == REGISTRY
     assert not [path for path in files if path.startswith(("avs/report/", "avs/scorer/"))]
 
 
@@ -27,7 +28,9 @@ def test_a_method_depends_on_its_own_file():
 def test_tables_depend_on_records_not_on_reconstruction():
     files = sources("avs.report.tables")
     assert "avs/record.py" in files
-    assert not [path for path in files if "gaussians" in path or "selectors" in path]
+    assert not [path for path in files if "gaussians" in path]
+    # The printed names of methods come from the registry, which finds the methods' own files by name.
+    assert [path for path in files if path.startswith("avs/selectors/")] == REGISTRY
 
 
 def test_foreign_modules_have_no_files_here():
