@@ -51,15 +51,12 @@ def bake(
     outside = np.ones(len(first), bool)
     sky = _direct(origin, normal, caster, lighting, False, rng)
     if lighting.interior is not None:
-        x0, y0, x1, y1 = lighting.interior
-        outside = (position[:, 0] < x0) | (position[:, 0] > x1) | (position[:, 1] < y0) | (position[:, 1] > y1)
+        low, high = np.reshape(lighting.interior, (2, 2))
+        outside = ((position[:, :2] < low) | (position[:, :2] > high)).any(axis=1)
         rooms = np.flatnonzero(~outside)
         sky[rooms] += _through_windows(origin[rooms], normal[rooms], caster, lighting, rng)
-    gatherings = [
-        _gather(model, rows, count, origin, normal, caster, rng)
-        for rows, count in _shares(model, first, rays)
-        if len(rows)
-    ]
+    shares = [(rows, count) for rows, count in _shares(model, first, rays) if len(rows)]
+    gatherings = [_gather(model, rows, count, origin, normal, caster, rng) for rows, count in shares]
     for part in gatherings:
         sky[part.sites] += part.mean(part.open_sky(lighting.sky)) * outside[part.sites, None]
     ambient = sky

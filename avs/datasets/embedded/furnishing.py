@@ -1,4 +1,4 @@
-"""Furnishing of rooms: pieces along the walls where there is space, pictures above them, a group in the middle."""
+"""Furnishing of rooms: pieces along the walls where there is space, pictures above them."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from avs.datasets.embedded.books import book_stack
 from avs.datasets.embedded.buildings import Opening
 from avs.datasets.embedded.furniture import (
     bed,
@@ -15,26 +16,12 @@ from avs.datasets.embedded.furniture import (
     floor_lamp,
     framed_picture,
     kitchenette,
-    round_table,
-    rug,
     sofa,
     table,
 )
 from avs.datasets.embedded.model import Group, moved, scaled, turned
-from avs.datasets.embedded.props import (
-    arranged,
-    book,
-    book_stack,
-    candle_stick,
-    carton,
-    fruit,
-    mug,
-    potted_plant,
-    teapot,
-    vase,
-)
+from avs.datasets.embedded.props import arranged, candle_stick, carton, potted_plant, vase
 from avs.datasets.embedded.rooms import Room
-from avs.datasets.embedded.sculpture import statue
 
 Generator = np.random.Generator
 
@@ -94,56 +81,6 @@ def furnish(room: Room, rng: Generator) -> Group:
         taken_corner[side] = max(taken_corner[side], 0.0)
         group += _pictures_on_bare(room, side, position, length, rng)
     return group
-
-
-def centre_group(kind: str, rng: Generator) -> tuple[Group, float]:
-    """Return a laid table with chairs on a rug, around the origin; and the height of its top."""
-    group: Group = rug(rng.uniform(2.2, 3.0), rng.uniform(1.7, 2.2), rng)
-    if kind == "low":
-        height, radius = 0.44, 0.42
-        group += table(1.1, 0.65, height, rng)
-        group += moved(arranged(0.3, 5, rng), 0, 0, height + 0.001)
-        return group, height
-    height = 0.75
-    if kind == "object":
-        group += round_table(0.45, height, rng)
-        objects = (
-            lambda: statue(rng, 0.42),
-            lambda: vase(rng, 0.34),
-            lambda: potted_plant(rng, 0.14),
-            lambda: scaled(teapot(rng), 2.0),
-        )
-        group += moved(
-            turned(objects[int(rng.integers(len(objects)))](), rng.uniform(0, 2 * np.pi)), 0, 0, height + 0.001
-        )
-        for k in range(6):
-            angle = 2 * np.pi * (k + 0.3 * rng.normal()) / 6
-            thing = (mug, fruit, book, carton)[int(rng.integers(4))](rng)
-            group += moved(turned(thing, rng.uniform(0, 6)), 0.34 * np.cos(angle), 0.34 * np.sin(angle), height + 0.001)
-        for _ in range(2):
-            angle = rng.uniform(0, 2 * np.pi)
-            group += moved(turned(chair(rng), angle), 0.95 * np.cos(angle), 0.95 * np.sin(angle), 0.013)
-        return group, height
-    if rng.random() < 0.5:
-        radius = rng.uniform(0.5, 0.65)
-        group += round_table(radius, height, rng)
-        reach_x = reach_y = radius
-    else:
-        radius, reach_x, reach_y = 0.42, rng.uniform(0.65, 0.8), 0.45
-        group += table(2 * reach_x, 2 * reach_y, height, rng)
-        for x in (-1, 1):
-            group += moved(arranged(0.18, 2, rng), x * (reach_x - 0.2), 0, height + 0.001)
-    group += moved(arranged(radius * 0.92, int(rng.integers(6, 10)), rng), 0, 0, height + 0.001)
-    design, seats = int(rng.integers(1 << 30)), int(rng.integers(2, 5))
-    start = rng.uniform(0, 2 * np.pi)
-    for k in range(seats):
-        angle = start + 2 * np.pi * (k + 0.2 * rng.normal()) / seats
-        out = rng.uniform(0.3, 0.5)
-        x, y = (reach_x + out) * np.cos(angle), (reach_y + out) * np.sin(angle)
-        group += moved(
-            turned(chair(np.random.default_rng(design)), angle - np.pi / 2 + 0.25 * rng.normal()), x, y, 0.013
-        )
-    return group, height
 
 
 def _first_conflict(openings: Sequence[Opening], start: float, width: float, margin: float) -> Opening | None:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from avs.datasets.embedded.books import book_row
 from avs.datasets.embedded.model import Color, Group, Material, Mesh, moved
-from avs.datasets.embedded.props import CERAMIC, CLOTH, STEEL, WOOD, book_row, color, cushion, picture
+from avs.datasets.embedded.palette import CERAMIC, CLOTH, STEEL, WOOD, color, picture
+from avs.datasets.embedded.props import arranged, cushion, mug, vase
 from avs.datasets.embedded.shapes import box, cylinder, lathe, quad, tube
 
 Generator = np.random.Generator
@@ -52,7 +56,9 @@ def round_table(radius: float, height: float, rng: Generator) -> Group:
         0.05,
         20,
     )
-    group = [top.turned(rng.uniform(0, 6)), column]
+    # The top's texture lies flat, as its boards do; wrapped around it would meet in the middle.
+    flat = replace(top, coordinates=np.ascontiguousarray(top.vertices[:, :2]))
+    group = [flat.turned(rng.uniform(0, 6)), column]
     for k in range(3):
         foot = np.stack([0.03 + 0.6 * radius * s, 0 * s, 0.22 * (1 - s) ** 2 + 0.025], 1)
         group.append(tube(foot, np.linspace(0.035, 0.024, 9), material, 10).turned(2 * np.pi * k / 3))
@@ -119,8 +125,6 @@ def chair(rng: Generator) -> Group:
 
 def bookcase(width: float, height: float, rng: Generator) -> Group:
     """Return a bookcase against y = 0, filled with books and things; it reaches to y = -0.3."""
-    from avs.datasets.embedded.props import arranged, mug, vase
-
     material, depth, t = wood(rng), 0.3, 0.022
     group: Group = [
         box((t, depth, height), material, 0.25, 0.002).moved(x * (width / 2 - t / 2), -depth / 2, 0).shifted(rng)
@@ -256,8 +260,6 @@ def framed_picture(width: float, height: float, rng: Generator) -> Group:
 
 def kitchenette(width: float, rng: Generator) -> Group:
     """Return a kitchen counter against y = 0 with cupboards above it, tiles between, and things on it."""
-    from avs.datasets.embedded.props import arranged
-
     material, depth, height = wood(rng), 0.58, 0.88
     stone = Material("marble", 0.7, (0.8, 0.78, 0.75) if rng.random() < 0.5 else (0.2, 0.2, 0.21), 0.15, 0.05)
     count = max(2, round(width / 0.55))

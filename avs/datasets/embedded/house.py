@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from avs.datasets.embedded.buildings import Opening
-from avs.datasets.embedded.furnishing import centre_group, furnish
+from avs.datasets.embedded.centrepieces import laid_table, low_table
+from avs.datasets.embedded.furnishing import furnish
 from avs.datasets.embedded.furniture import pendant
 from avs.datasets.embedded.indoor import outlook, room_light
 from avs.datasets.embedded.lighting import Lamp
@@ -93,8 +94,7 @@ def flat(rows: int, columns: int, rng: Generator) -> Flat:
     for k, room in enumerate(rooms):
         meshes += [shell(room, rng), furnish(room, rng)]
         x, y = room.center
-        kind = "low" if room.use in ("living", "bedroom", "study") else "dining"
-        piece, _ = centre_group(kind, rng)
+        piece, _ = (laid_table if room.use in ("kitchen", "dining") else low_table)(rng)
         # The table stands off the middle, the walk passes on its other side.
         shift = rng.choice([-1.0, 1.0], 2) * np.array([0.35, 0.3])
         meshes.append(moved(turned(piece, float(rng.choice([0.0, np.pi / 2]))), x + shift[0], y + shift[1], 0))

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from avs.datasets.embedded.furnishing import centre_group, furnish
+from avs.datasets.embedded.centrepieces import laid_table, showpiece
+from avs.datasets.embedded.furnishing import furnish
 from avs.datasets.embedded.furniture import pendant
 from avs.datasets.embedded.lighting import Lamp, Lighting, Sky, Sun
 from avs.datasets.embedded.model import Group, Material, moved, turned
@@ -62,12 +63,12 @@ def room_light(rooms: list[Room], lamps: tuple[Lamp, ...], rng: Generator) -> Li
 
 def dining_room(rng: Generator) -> Stage:
     """Return one furnished room around a laid table; walls, furniture, light and table are drawn by ``rng``."""
-    return _room(rng, *centre_group("dining", rng), 1.95)
+    return _room(rng, *laid_table(rng), 1.95)
 
 
 def showroom(rng: Generator) -> Stage:
     """Return one furnished room around a small table with one large object and a few small ones."""
-    group, top = centre_group("object", rng)
+    group, top = showpiece(rng)
     stage = _room(rng, group, top, 1.35)
     return replace(stage, target=(0.0, 0.0, top + 0.18))
 
@@ -99,7 +100,7 @@ def _room(rng: Generator, piece: Group, top: float, radius: float) -> Stage:
     group += turned(piece, rng.uniform(0, 2 * np.pi))
     lamp_height = top + float(rng.uniform(0.95, 1.1))
     group += pendant(room.height, lamp_height, rng)
-    power = float(rng.uniform(0.25, 0.8))
+    power = float(rng.uniform(0.2, 0.55))
     lamp = Lamp((0.0, 0.0, lamp_height + 0.01), (power, power * 0.8, power * 0.52), 0.03, True)
     return Stage(tuple(group), room_light([room, hall], (lamp,), rng), (0.0, 0.0, top + 0.05), radius)
 

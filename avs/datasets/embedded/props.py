@@ -1,80 +1,32 @@
-"""Things: crockery, books, fruit, boxes, bottles, pots, cushions and pictures. Each stands at the origin."""
+"""Things: crockery, fruit, packets, bottles, pots and cushions. Each stands at the origin."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
-from avs.datasets.embedded.model import Color, Group, Material, Mesh, moved, turned
+from avs.datasets.embedded.books import book_stack
+from avs.datasets.embedded.model import Group, Material, Mesh, moved, turned
 from avs.datasets.embedded.noise import SpaceNoise
+from avs.datasets.embedded.palette import (
+    CARDBOARD,
+    CERAMIC,
+    GLASS,
+    GLAZED,
+    STEEL,
+    TERRACOTTA,
+    WAX,
+    WOOD,
+    blossom,
+    color,
+    picture,
+)
 from avs.datasets.embedded.plants import bouquet, shrub
-from avs.datasets.embedded.shapes import ball, box, cylinder, displaced, lathe, quad, tube
+from avs.datasets.embedded.shapes import ball, box, cylinder, displaced, lathe, quad, surface, tube
 from avs.datasets.embedded.textures import PICTURES
 
 Generator = np.random.Generator
-
-CERAMIC = Material("marble", 0.3, roughness=0.18, reflectance=0.05)
-GLAZED = Material("glaze", 0.35, roughness=0.2, reflectance=0.05)
-TERRACOTTA = Material("concrete", 0.5, (1.6, 0.75, 0.45), roughness=0.85, relief=0.004)
-GLASS = Material("marble", 0.5, (0.1, 0.22, 0.12), roughness=0.08, reflectance=0.06)
-STEEL = Material("metal", 0.4, roughness=0.25, reflectance=0.55)
-WOOD = Material("wood", 0.8, roughness=0.45)
-PAGES = Material("paper", 0.06, roughness=0.9)
-CLOTH = Material("weave", 0.25, roughness=0.95)
-CARDBOARD = Material("weave", 0.12, (0.75, 0.55, 0.36), roughness=0.9)
-WAX = Material("fruit", 0.3, roughness=0.4)
-
-
-# Dyes and glazes that people have around them: brick, wine, navy, slate, forest, olive, mustard, cream, terracotta,
-# brown, teal, charcoal, rose.
-_DYES = np.array(
-    [
-        (1, 0.34, 0.24),
-        (1, 0.36, 0.42),
-        (0.34, 0.5, 1),
-        (0.72, 0.85, 1),
-        (0.45, 1, 0.52),
-        (0.86, 1, 0.46),
-        (1, 0.74, 0.26),
-        (1, 0.93, 0.78),
-        (1, 0.56, 0.36),
-        (1, 0.7, 0.48),
-        (0.36, 0.94, 1),
-        (0.92, 0.94, 1),
-        (1, 0.66, 0.64),
-    ]
-)
-# White, yellow, red, pink, violet, blue.
-_PETALS = np.array([(1, 1, 0.94), (1, 0.8, 0.12), (1, 0.1, 0.08), (1, 0.45, 0.55), (0.65, 0.35, 1), (0.35, 0.45, 1)])
-
-
-def _drawn(table: npt.NDArray[np.floating], rng: Generator, low: float, high: float) -> Color:
-    mixed = np.clip(table[int(rng.integers(len(table)))] + 0.06 * rng.normal(size=3), 0.03, 1) * rng.uniform(low, high)
-    return (float(mixed[0]), float(mixed[1]), float(mixed[2]))
-
-
-def color(rng: Generator, low: float = 0.08, high: float = 0.75) -> Color:
-    """Return the colour of a dye; its strongest channel is between ``low`` and ``high``."""
-    return _drawn(_DYES, rng, low, high)
-
-
-def blossom(rng: Generator) -> Color:
-    """Return the colour of a flower."""
-    return _drawn(_PETALS, rng, 0.6, 1.0)
-
-
-def paint(rng: Generator) -> Color:
-    """Return the pale colour of a painted wall."""
-    hue = rng.dirichlet((6.0, 6.0, 4.0))
-    pale = 0.78 + 0.3 * hue / hue.max()
-    return (float(pale[0]), float(pale[1]), float(pale[2]))
-
-
-def picture(rng: Generator, size: float = 1.0) -> Material:
-    """Return one of the photographs as a printed surface ``size`` metres wide."""
-    return Material(PICTURES[int(rng.integers(len(PICTURES)))], size, roughness=0.35)
 
 
 def mug(rng: Generator) -> Group:
@@ -159,58 +111,6 @@ def potted_plant(rng: Generator, radius: float = 0.18) -> Group:
     if rng.random() < 0.6:
         return [pot, soil, *moved(shrub(radius * rng.uniform(1.0, 1.5), 260, rng, flower), 0, 0, h * 0.85)]
     return [pot, soil, *moved(bouquet(radius * 1.3, radius * rng.uniform(2, 3.2), 14, rng, flower), 0, 0, h * 0.88)]
-
-
-def book(rng: Generator) -> Group:
-    """Return a book that lies flat, its cover a photograph or cloth."""
-    w, d, h = rng.uniform(0.13, 0.2), rng.uniform(0.18, 0.27), rng.uniform(0.015, 0.045)
-    cover = CLOTH.tinted(*color(rng))
-    t = 0.003
-    group = [
-        box((w, d, t), cover, 0.2, 0),
-        box((w - 0.008, d - 0.01, h - 2 * t), PAGES, 0.2, 0).moved(0.002, 0, t),
-        box((w, d, t), cover, 0.2, 0).moved(0, 0, h - t),
-        box((t, d, h), cover, 0.2, 0).moved(-w / 2, 0, 0),
-    ]
-    if rng.random() < 0.7:
-        margin = 0.1 * w
-        group.append(
-            quad(
-                (-w / 2 + margin, -d / 2 + margin, h + 0.0008),
-                (w - 2 * margin, 0, 0),
-                (0, d - 2 * margin, 0),
-                picture(rng, w),
-                0.1,
-                True,
-            )
-        )
-    return group
-
-
-def book_stack(rng: Generator) -> Group:
-    """Return two to five books on each other."""
-    group: Group = []
-    top = 0.0
-    for _ in range(int(rng.integers(2, 6))):
-        one = turned(book(rng), rng.normal() * 0.35)
-        group += moved(one, rng.normal() * 0.01, rng.normal() * 0.01, top)
-        top += float(max(mesh.vertices[:, 2].max() for mesh in one)) + 0.0005
-    return group
-
-
-def book_row(length: float, rng: Generator) -> Group:
-    """Return upright books side by side along x, their spines towards -y, over ``length`` metres."""
-    group: Group = []
-    x = 0.0
-    while x < length - 0.05:
-        w, h, d = rng.uniform(0.018, 0.05), rng.uniform(0.17, 0.27), rng.uniform(0.12, 0.17)
-        if rng.random() < 0.08:
-            x += rng.uniform(0.05, 0.15)
-            continue
-        one = box((w, d, h), CLOTH.tinted(*color(rng)), 0.3, 0).moved(w / 2, d / 2, 0)
-        group.append(one.turned(rng.normal() * 0.02, "y").moved(x - length / 2, 0, 0.002))
-        x += w + 0.002
-    return group
 
 
 def fruit(rng: Generator) -> Group:
@@ -311,8 +211,6 @@ def cushion(rng: Generator, size: float = 0.42) -> Group:
     pattern = Material(
         ("check", "weave", "carpet")[int(rng.integers(3))], 0.4, color(rng, 0.6, 1.2), 0.95, relief=0.001
     )
-    from avs.datasets.embedded.shapes import surface
-
     flat = np.stack([x * size / 2 * (1 - 0.06 * (1 - y**2)), y * size / 2 * (1 - 0.06 * (1 - x**2))], -1)
     upper = surface(np.concatenate([flat, (size * 0.2 + bulge)[..., None]], -1), flat, pattern)
     lower = surface(np.concatenate([flat, (size * 0.2 - bulge)[..., None]], -1)[:, ::-1], flat[:, ::-1], pattern)

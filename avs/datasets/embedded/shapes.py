@@ -158,12 +158,7 @@ def lathe(
         segments: around the axis; 0 chooses by the greatest radius.
         picture: wrap the texture once around, instead of repeating it by the metre.
     """
-    nodes = np.asarray(profile, np.float64)
-    pieces = [nodes[:1]]
-    for a, b in itertools.pairwise(nodes):
-        count = _steps(float(np.linalg.norm(b - a)), cell)
-        pieces.append(a + (b - a) * (np.arange(1, count + 1) / count)[:, None])
-    line = np.concatenate(pieces)
+    line = _dense(np.asarray(profile, np.float64), cell)
     radius = float(line[:, 0].max())
     around = segments or int(np.clip(2 * np.pi * radius / min(cell, 0.35 * radius + 1e-3), 14, 64))
     angle = np.linspace(0, 2 * np.pi, around + 1)
@@ -183,6 +178,15 @@ def lathe(
     if material.texture in GRAINED and not picture:
         coordinates = coordinates[..., ::-1]
     return surface(points, coordinates, material, normals)
+
+
+def _dense(nodes: Floats, cell: float) -> Floats:
+    """Return the polyline ``nodes`` ``[n, 2]`` with points between them, none farther apart than ``cell``."""
+    pieces = [nodes[:1]]
+    for a, b in itertools.pairwise(nodes):
+        count = _steps(float(np.linalg.norm(b - a)), cell)
+        pieces.append(a + (b - a) * (np.arange(1, count + 1) / count)[:, None])
+    return np.concatenate(pieces)
 
 
 def _profile_normals(line: Floats) -> Floats:
