@@ -15,8 +15,7 @@ from avs.representations.gaussians.tiles import TILE, grown, tile_lists
 
 PIXELS = TILE * TILE
 BLOCKS = PIXELS // LANES
-# Opacity is held below 1, so that the transmittance stays above 0 (gsplat 1.5.3; FisherRF and the first 3DGS have
-# 0.99).
+# Opacity is held below 1, so that the transmittance stays above 0 (gsplat 1.5.3; 3DGS and FisherRF have 0.99).
 ALPHA_MAX = 0.999
 # A pixel stops at the Gaussian that would bring its transmittance to this or below; that one is not blended.
 TRANSMITTANCE_MIN = 1e-4
@@ -67,6 +66,7 @@ def _blend_tile(
             power = fma(dy, fma(dy, flat[at + YY], mixed), quadratic)
             exponent = power + log_opacity
             light = load(transmittance, base + block * LANES)
+            # rounding may make the quadratic form of a long, thin Gaussian positive; gsplat skips such pixels, too
             touched = (exponent >= LOG2_ALPHA_MIN) & (power <= 0.0) & (light > 0.0)
             if any_of(touched):
                 alpha = minimum(exp2(exponent), ALPHA_MAX)
