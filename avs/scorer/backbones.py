@@ -119,6 +119,18 @@ def _load(model: nn.Module, path: Path) -> None:
         raise UserError(path, fault, "use timm's weights of the model that its name says") from error
 
 
+def open_residual_branches(backbone: Backbone) -> None:
+    """Give the residual branches of a random backbone that will stay random a weight of one half.
+
+    timm starts the last batch norm of each branch at zero, as training likes it: the mixing of channels then does
+    nothing.
+    """
+    with torch.no_grad():
+        for module in backbone.modules():
+            if isinstance(module, nn.BatchNorm2d) and not module.weight.any():
+                module.weight.fill_(0.5)
+
+
 def fused(backbone: Backbone) -> Backbone:
     """Return an equivalent copy for inference, batch norms and parallel branches merged into single convolutions."""
     from timm.utils.model import reparameterize_model

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +14,9 @@ from torch import Tensor
 from avs.errors import UserError
 from avs.scorer.distortions import Distortions, decoded
 from avs.scorer.images import resized, to_tensor
-from avs.scorer.settings import ResizeSettings, TrainingSettings
+from avs.scorer.settings import PATCH, ResizeSettings, TrainingSettings
+
+_ENCODING_BATCH = 8
 
 
 @dataclass(frozen=True)
@@ -20,10 +24,10 @@ class Batch:
     """One training step's data: s sets of q query crops; the queries of a set share k reference crops.
 
     Attributes:
-        queries: ``[s, q, 3, crop, crop]`` in 0..1.
-        maps: ``[s, q, crop, crop]`` true SSIM in 0..1.
-        references: ``[s, k, 3, crop, crop]`` in 0..1; black where there was no photograph left.
-        present: ``[s, k]`` bool, which references count.
+        queries: ``[s, q, 3, crop, crop]`` in 0..1; or ``[s, q, crop / 14, crop / 14, channels]``, the backbone's
+        features. maps: ``[s, q, crop, crop]`` true SSIM in 0..1.
+        references: ``[s, k, ...]`` as ``queries``.
+        present: ``[s, k]`` bool, which references count; the others are black.
     """
 
     queries: Tensor
@@ -39,36 +43,48 @@ class Batch:
 class Sampler:
     """Draws batches from the distortion data of several scenes, in an order that its generator alone decides."""
 
-    def __init__(self, scenes: list[Distortions], settings: TrainingSettings, rng: np.random.Generator) -> None:
+    def __init__(
+        self,
+        scenes: list[Distortions],
+        settings: TrainingSettings,
+        rng: np.random.Generator,
+        features: Callable[[Tensor], Tensor] | None = None,
+    ) -> None:
         """Resize all images once.
+
+        Args:
+            scenes: the data.
+            settings: sizes and numbers.
+            rng: decides every draw.
+            features: if given, whole images ``[n, 3, height, width]`` in 0..1 pass through it once, and the crops are
+            taken of what it
+                returns, ``[n, height // 14, width // 14, channels]``.
 
         Raises:
             UserError: a scene's images are smaller than a crop.
         """
         self._settings = settings
         self._rng = rng
-        self._scenes = [_Prepared(scene, settings) for scene in scenes]
+        self._unit = 1 if features is None else PATCH
+        self._scenes = [_Prepared(scene, settings, features) for scene in scenes]
+        black = np.zeros((settings.crop, settings.crop, 3), dtype=np.uint8)
+        self._black = _prepared([black], ResizeSettings(pixels=settings.crop), features)[0]
 
     def batch(self) -> Batch:
         """Draw the next batch: for each set a scene, a moment, references, and renderings of other views."""
         sets = [self._set() for _ in range(self._settings.batch // self._settings.queries_per_set)]
         queries, maps, references, present = (torch.stack(parts) for parts in zip(*sets, strict=True))
-        return Batch(queries.float() / 255.0, maps, references.float() / 255.0, present)
+        if queries.dtype == torch.uint8:
+            queries, references = (images.movedim(-1, -3).float() / 255.0 for images in (queries, references))
+        return Batch(queries, maps, references, present)
 
     def _set(self) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         scene = self._scenes[int(self._rng.integers(len(self._scenes)))]
         moment = int(self._rng.integers(len(scene.rows)))
         rows, references = self._draw(scene, moment)
-        queries, maps = [], []
-        for row in rows:
-            top, left = self._corner(scene.renderings[row])
-            queries.append(_crop(scene.renderings[row], top, left, self._settings.crop))
-            maps.append(_crop(scene.maps[row], top, left, self._settings.crop))
-        crops = [
-            _crop(scene.photographs[i], *self._corner(scene.photographs[i]), self._settings.crop) for i in references
-        ]
-        black = torch.zeros_like(crops[0])
-        crops += [black] * (self._settings.references.count - len(references))
+        queries, maps = zip(*(self._crop(scene.renderings[row], scene.maps[row]) for row in rows), strict=True)
+        crops = [self._crop(scene.photographs[image])[0] for image in references]
+        crops += [self._black] * (self._settings.references.count - len(crops))
         present = torch.arange(len(crops)) < len(references)
         if self._settings.references.pad == "black":
             present[:] = True
@@ -87,24 +103,31 @@ class Sampler:
         more = self._settings.queries_per_set - 1
         return [first, *self._rng.choice(left, more, replace=len(left) < more).tolist()], references
 
-    def _corner(self, image: Tensor) -> tuple[int, int]:
-        """Draw the upper left corner of a crop."""
-        top, left = (int(self._rng.integers(side - self._settings.crop + 1)) for side in image.shape[-2:])
-        return top, left
+    def _crop(self, image: Tensor, similarity: Tensor | None = None) -> tuple[Tensor, Tensor]:
+        """Return a random square of ``image`` ``[rows, columns, channels]``, and the same square of its SSIM map."""
+        side = self._settings.crop // self._unit
+        top, left = (int(self._rng.integers(length - side + 1)) for length in image.shape[:2])
+        square = image[top : top + side, left : left + side]
+        if similarity is None:
+            return square, square
+        top, left, side = (number * self._unit for number in (top, left, side))
+        return square, similarity[top : top + side, left : left + side]
 
 
 class _Prepared:
-    """A scene's images, resized, as tensors; its renderings by moment."""
+    """A scene's images, resized, as tensors ``[rows, columns, channels]``; its renderings by moment."""
 
-    def __init__(self, scene: Distortions, settings: TrainingSettings) -> None:
-        self.photographs = [_bytes(image, settings.resize) for image in scene.photographs]
-        self.renderings = [_bytes(image, settings.resize) for image in scene.renderings]
+    def __init__(
+        self, scene: Distortions, settings: TrainingSettings, features: Callable[[Tensor], Tensor] | None
+    ) -> None:
+        self.photographs = _prepared(scene.photographs, settings.resize, features)
+        self.renderings = _prepared(scene.renderings, settings.resize, features)
         self.maps = [resized_map(decoded(code), settings.resize) for code in scene.maps]
         self.images = scene.images
         self.captured = [moment.captured for moment in scene.moments]
         moment_of = np.array(scene.moment_of)
         self.rows = [np.flatnonzero(moment_of == moment) for moment in range(len(scene.moments))]
-        side = min(min(image.shape[-2:]) for image in self.photographs)
+        side = min(min(similarity.shape) for similarity in self.maps)
         if side < settings.crop:
             fault = f"its images have a side of {side} pixels after resizing, crops have {settings.crop}"
             raise UserError(f"scene {scene.scene}", fault, "lower training.crop, or raise training.resize.pixels")
@@ -115,10 +138,15 @@ def resized_map(values: npt.NDArray[np.float32], settings: ResizeSettings) -> Te
     return resized(torch.from_numpy(values)[None, None], settings)[0, 0]
 
 
-def _bytes(image: npt.NDArray[np.uint8], settings: ResizeSettings) -> Tensor:
-    """Return the resized image as ``[3, height, width]`` uint8: four times more images fit in memory than as floats."""
-    return (resized(to_tensor(image[None]), settings)[0] * 255.0).round().to(torch.uint8)
-
-
-def _crop(image: Tensor, top: int, left: int, side: int) -> Tensor:
-    return image[..., top : top + side, left : left + side]
+def _prepared(
+    images: Sequence[npt.NDArray[np.uint8]], settings: ResizeSettings, features: Callable[[Tensor], Tensor] | None
+) -> list[Tensor]:
+    """Return the images' features; or their pixels as uint8, of which four times more fit in memory than as floats."""
+    tensors = (resized(to_tensor(image[None]), settings) for image in images)
+    if features is None:
+        return [(image[0] * 255.0).round().to(torch.uint8).permute(1, 2, 0) for image in tensors]
+    prepared: list[Tensor] = []
+    for _, group in itertools.groupby(tensors, key=lambda image: image.shape):
+        for batch in torch.split(torch.cat(list(group)), _ENCODING_BATCH):
+            prepared.extend(features(batch))
+    return prepared

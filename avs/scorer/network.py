@@ -69,8 +69,9 @@ class CrossReferenceNetwork(nn.Module):
         self.settings = settings
         self.backbone = backbone
         width = settings.channels
-        # The stages' widths differ; a 1x1 convolution brings each to that of a token.
-        self.projections = nn.ModuleList(nn.Conv2d(channels, width, 1) for channels in backbone.channels)
+        # The paper projects each feature map, resizes and adds. Resizing before projecting is the same, as both are
+        # linear, and cheaper.
+        self.projections = nn.ModuleList(nn.Linear(channels, width) for channels in backbone.channels)
         self.positions = PositionCodes(width, settings.position_size, settings.position_seed)
         self.decoder = nn.ModuleList(
             DecoderLayer(width, settings.heads, settings.hidden) for _ in range(settings.layers)
@@ -82,17 +83,20 @@ class CrossReferenceNetwork(nn.Module):
         self.register_buffer("deviation", torch.tensor(_IMAGENET_DEVIATION).view(1, 3, 1, 1), persistent=False)
 
     def encode(self, images: Tensor) -> Tensor:
-        """Return the tokens of ``images``, position codes included.
+        """Return the tokens of ``images``: ``tokens(features(images))``."""
+        return self.tokens(self.features(images))
 
-        The paper asks for features of size (h/14, w/14); as in CrossScore the quotients are rounded down, so the last
-        rows and columns of pixels (fewer than 14) get no score of their own. The features are resized as a whole, not
-        cropped.
+    def features(self, images: Tensor) -> Tensor:
+        """Return what the backbone says of each token: its feature maps, resized to the grid of tokens and joined.
+
+        The paper's grid is (h/14, w/14); as in CrossScore the quotients are rounded down. So the last rows and columns
+        of pixels (fewer than 14) get no score of their own; the feature maps are resized as a whole, not cropped.
 
         Args:
             images: ``[n, 3, height, width]`` in 0..1, sRGB, at least 14 pixels a side.
 
         Returns:
-            ``[n, height // 14, width // 14, channels]``.
+            ``[n, height // 14, width // 14, sum of the backbone's channels]``.
 
         Raises:
             ValueError: an image is smaller than a token.
@@ -100,11 +104,23 @@ class CrossReferenceNetwork(nn.Module):
         rows, columns = images.shape[-2] // PATCH, images.shape[-1] // PATCH
         if not rows or not columns:
             raise ValueError(f"images of {tuple(images.shape[-2:])} pixels are smaller than a token of {PATCH}")
-        maps = self.backbone((images - self.mean) / self.deviation)
-        tokens: Tensor = self.positions(rows, columns)
-        for features, projection in zip(maps, self.projections, strict=True):
-            tokens = tokens + functional.interpolate(projection(features), (rows, columns), mode="bilinear")
-        return tokens.permute(0, 2, 3, 1).contiguous()
+        maps = self.backbone(self.normalized(images))
+        resized = [functional.interpolate(features, (rows, columns), mode="bilinear") for features in maps]
+        return torch.cat(resized, dim=1).permute(0, 2, 3, 1).contiguous()
+
+    def normalized(self, images: Tensor) -> Tensor:
+        """Return the backbone's input: images in 0..1, less ImageNet's mean, over its deviation."""
+        return (images - self.mean) / self.deviation
+
+    def tokens(self, features: Tensor) -> Tensor:
+        """Project ``features`` ``[n, rows, columns, channels]`` to the width of a token and add the position codes."""
+        codes: Tensor = self.positions(*features.shape[1:3])
+        tokens = codes.permute(0, 2, 3, 1)
+        for part, projection in zip(
+            torch.split(features, list(self.backbone.channels), dim=-1), self.projections, strict=True
+        ):
+            tokens = tokens + projection(part)
+        return tokens
 
     def predict(self, queries: Tensor, references: Tensor, absent: Tensor | None = None) -> Tensor:
         """Return the predicted SSIM maps of query images.

@@ -99,6 +99,11 @@ class TrainingSettings(_Settings):
     backbone_frozen: bool | None = Field(
         default=None, description="keep the backbone as it is; null: keep it if and only if it is pretrained"
     )
+    cache_features: bool = Field(
+        default=False,
+        description="with a frozen backbone: encode whole images once and crop their features, where CrossScore "
+        "encodes each crop anew; far faster, but all features lie in memory",
+    )
     resize: ResizeSettings = Field(
         default=ResizeSettings(side="short", pixels=540), description="size of the images before they are cropped"
     )

@@ -11,10 +11,11 @@ import numpy as np
 import torch
 from torch import Tensor
 from torch.nn import functional
+from torch.optim.swa_utils import update_bn
 
 from avs.errors import UserError
 from avs.files import write_json
-from avs.scorer.backbones import BACKBONES, find_weights
+from avs.scorer.backbones import BACKBONES, find_weights, fused, open_residual_branches
 from avs.scorer.card import model_card
 from avs.scorer.checkpoint import save_network
 from avs.scorer.dataset import Batch, Sampler
@@ -26,6 +27,8 @@ Progress = Callable[[str], None]
 """Takes one line about the course of the training."""
 
 _HELD_OUT_BATCHES = 4
+_CALIBRATION_BATCHES = 8
+_RGB = 3
 
 
 @dataclass(frozen=True)
@@ -99,9 +102,9 @@ def fit(
 ) -> tuple[CrossReferenceNetwork, list[LossPoint]]:
     """Train a network on ``scenes``; the same data, settings and number of threads give the same bits on a CPU.
 
-    A pretrained backbone is frozen, as CrossScore's is: its batch norms keep their statistics and it stays in
-    evaluation mode. A random one is trained with the rest: its batch norms use the statistics of each batch (queries
-    and references together) and the network is evaluated with their running means.
+    A pretrained backbone is frozen, as CrossScore's is: its batch norms keep their statistics. A random one that is
+    frozen gets the statistics of the training images first. A random one that is trained uses the statistics of each
+    batch, queries and references together, and is evaluated with their running means.
 
     Args:
         scenes: distortion data to train on.
@@ -116,9 +119,13 @@ def fit(
     """
     training = settings.training
     network = _initial(settings, source).to(device)
-    frozen = source is not None if training.backbone_frozen is None else training.backbone_frozen
-    network.backbone.requires_grad_(not frozen)
-    sampler = Sampler(scenes, training, np.random.default_rng([settings.seed, 0]))
+    frozen = is_frozen(training, source)
+    if frozen:
+        network.backbone.requires_grad_(False).eval()
+        if source is None:
+            _calibrate(network, scenes, training, device)
+    features = _encoder(network, device) if frozen and training.cache_features else None
+    sampler = Sampler(scenes, training, np.random.default_rng([settings.seed, 0]), features)
     examination = Sampler(held_out, training, np.random.default_rng([settings.seed, 1]))
     batches = [examination.batch().to(device) for _ in range(_HELD_OUT_BATCHES)]
     optimizer = torch.optim.AdamW(
@@ -147,10 +154,14 @@ def fit(
 
 
 def loss(network: CrossReferenceNetwork, batch: Batch) -> Tensor:
-    """Return the mean absolute error of the predicted SSIM maps, CrossScore's training loss."""
+    """Return the mean absolute error of the predicted SSIM maps, CrossScore's training loss.
+
+    The batch holds pixels, or features of the network's backbone.
+    """
     sets, per_set = batch.queries.shape[:2]
     images = torch.cat([batch.queries.flatten(0, 1), batch.references.flatten(0, 1)])
-    tokens = network.encode(images.contiguous(memory_format=torch.channels_last))
+    cached = images.shape[-3] != _RGB
+    tokens = network.tokens(images) if cached else network.encode(images)
     queries, references = tokens[: sets * per_set], tokens[sets * per_set :]
     memory = references.reshape(sets, -1, references.shape[-1])
     absent = None
@@ -171,6 +182,35 @@ def _initial(settings: ScorerSettings, source: Path | None) -> CrossReferenceNet
     if source is None:
         return network
     return network.with_backbone(BACKBONES[settings.network.backbone](settings.network.taps, source))
+
+
+def is_frozen(training: TrainingSettings, source: Path | None) -> bool:
+    """Whether the backbone is left as it is: by the settings, else if and only if it is pretrained."""
+    return source is not None if training.backbone_frozen is None else training.backbone_frozen
+
+
+def _calibrate(
+    network: CrossReferenceNetwork, scenes: list[Distortions], training: TrainingSettings, device: str
+) -> None:
+    """Give a random backbone's batch norms the statistics of training images; without them its features fade away."""
+    open_residual_branches(network.backbone)
+    sampler = Sampler(scenes, training, np.random.default_rng(0))
+    batches = (sampler.batch().to(device) for _ in range(_CALIBRATION_BATCHES))
+    images = [torch.cat([batch.queries.flatten(0, 1), batch.references.flatten(0, 1)]) for batch in batches]
+    with torch.no_grad():
+        update_bn([network.normalized(batch) for batch in images], network.backbone)
+    network.backbone.eval()
+
+
+def _encoder(network: CrossReferenceNetwork, device: str) -> Callable[[Tensor], Tensor]:
+    """Return what computes the features of images for good, as fast as at inference."""
+    merged = network.with_backbone(fused(network.backbone))
+
+    @torch.no_grad()
+    def features(images: Tensor) -> Tensor:
+        return merged.features(images.to(device)).cpu()
+
+    return features
 
 
 def _rate(step: int, training: TrainingSettings) -> float:

@@ -51,8 +51,8 @@ class _Twin:
         for image in range(len(images)):
             total = _interpolated(self.state["positions.codes"][0], rows, columns, align_corners=True)
             for number, features in enumerate(maps):
-                weight = self.state[f"projections.{number}.weight"][:, :, 0, 0]
-                projected = np.einsum("oc,chw->ohw", weight, features[image])
+                # in the paper's order: project, resize, add
+                projected = np.einsum("oc,chw->ohw", self.state[f"projections.{number}.weight"], features[image])
                 projected += self.state[f"projections.{number}.bias"][:, None, None]
                 total = total + _interpolated(projected, rows, columns, align_corners=False)
             tokens.append(total.transpose(1, 2, 0).reshape(rows * columns, -1))

@@ -1,10 +1,15 @@
 import json
 
 import pytest
+import safetensors.torch
+import torch
 
+from avs.compatibility import prepare_torchvision
 from avs.errors import UserError
+from avs.scorer.backbones import WEIGHTS_VARIABLE, RepViT
 from avs.scorer.checkpoint import load_network
 from avs.scorer.distortions import write_distortions
+from avs.scorer.network import build_network
 from avs.scorer.settings import ResizeSettings, ScorerSettings, TrainingSettings
 from avs.scorer.training import train
 
@@ -52,14 +57,38 @@ def test_training_lowers_the_error_and_repeats_to_the_bit(paths, tmp_path):
     assert not load_network(weights).training
 
 
-def test_frozen_backbone_keeps_weights_and_statistics(paths, tmp_path, network):
-    training = SETTINGS.training.model_copy(update={"backbone_frozen": True, "steps": 2, "evaluations": 1})
-    weights, _, _ = _train(paths, tmp_path / "frozen", SETTINGS.model_copy(update={"training": training}))
-    trained = load_network(weights).backbone.state_dict()
-    from avs.scorer.network import build_network
+def _settings(**changes):
+    return SETTINGS.model_copy(update={"training": SETTINGS.training.model_copy(update=changes)})
 
-    initial = build_network(SETTINGS.network, SETTINGS.seed).backbone.state_dict()
-    assert all(bool((trained[key] == initial[key]).all()) for key in initial)
+
+@pytest.mark.parametrize("cache", [False, True])
+def test_frozen_random_backbone_keeps_its_convolutions(paths, tmp_path, cache):
+    weights, card, _ = _train(paths, tmp_path / "frozen", _settings(backbone_frozen=True, cache_features=cache))
+    trained = dict(load_network(weights).backbone.named_modules())
+    initial = dict(build_network(SETTINGS.network, SETTINGS.seed).backbone.named_modules())
+    for name, module in initial.items():
+        if isinstance(module, torch.nn.Conv2d):
+            assert torch.equal(trained[name].weight, module.weight)
+        if isinstance(module, torch.nn.BatchNorm2d):
+            assert not torch.equal(trained[name].running_var, module.running_var)
+            assert trained[name].weight.any()
+    errors = [point["training"] for point in json.loads(card.read_text())["mean_absolute_error"]]
+    assert errors[-1] < errors[0]
+
+
+def test_pretrained_backbone_is_frozen_as_it_is(paths, tmp_path, monkeypatch):
+    path = tmp_path / "repvit_m0_9.dist_450e_in1k.safetensors"
+    prepare_torchvision()
+    import timm
+
+    model = timm.create_model("repvit_m0_9", num_classes=0)
+    safetensors.torch.save_file({key: value.contiguous() for key, value in model.state_dict().items()}, path)
+    monkeypatch.setenv(WEIGHTS_VARIABLE, str(tmp_path))
+    weights, card, _ = _train(paths, tmp_path / "out", _settings(backbone_weights="auto", steps=2, evaluations=1))
+    backbone = RepViT("A", path).state_dict()
+    trained = load_network(weights).backbone.state_dict()
+    assert all(torch.equal(trained[key], backbone[key]) for key in backbone)
+    assert json.loads(card.read_text())["backbone_weights"]["file"] == path.name
 
 
 def test_held_out_scene_must_be_another(paths, tmp_path):
@@ -69,6 +98,5 @@ def test_held_out_scene_must_be_another(paths, tmp_path):
 
 def test_absent_pretrained_weights_are_an_error_only_if_demanded(paths, tmp_path, monkeypatch):
     monkeypatch.setattr("avs.scorer.training.find_weights", lambda *_: None)
-    training = SETTINGS.training.model_copy(update={"backbone_weights": "pretrained"})
     with pytest.raises(UserError, match="no local file"):
-        _train(paths, tmp_path / "pretrained", SETTINGS.model_copy(update={"training": training}))
+        _train(paths, tmp_path / "pretrained", _settings(backbone_weights="pretrained"))
