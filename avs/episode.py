@@ -14,10 +14,11 @@ from avs.errors import UserError
 from avs.evaluation import Evaluator
 from avs.protocol import ProtocolSettings
 from avs.record import CurvePoint, Episode, EpisodeMeta, Step, StepTimes
-from avs.representations.base import Representation, Views
+from avs.representations.base import Representation
 from avs.sampling import initial_views
 from avs.scene import Scene
 from avs.selectors.base import Selection, Selector, State
+from avs.views import Views
 
 Builder = Callable[[IndexArray], Representation]
 """Makes an untrained representation, given the indices of the captured views."""

@@ -26,7 +26,7 @@ from avs.errors import UserError
 from avs.files import atomic_folder, canonical_json, file_hash, write_json
 from avs.images import Pixels, pixel_hash, read_image, store_image
 from avs.points import Points
-from avs.representations.base import Views
+from avs.views import Views
 
 __all__ = ["Points", "Scene", "SceneFile", "read_scene", "scene_extent", "write_scene"]
 

@@ -10,31 +10,11 @@ from typing import Protocol, TypeVar, cast, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from avs.cameras import Cameras, concatenate
+from avs.cameras import Cameras
 from avs.errors import UserError
+from avs.views import Views
 
 FloatImages = npt.NDArray[np.float32]
-
-
-@dataclass(frozen=True)
-class Views:
-    """Captured photographs with their cameras.
-
-    Attributes:
-        cameras: n cameras.
-        images: n arrays ``[height, width, 3]`` uint8, sRGB, of the cameras' sizes.
-    """
-
-    cameras: Cameras
-    images: tuple[npt.NDArray[np.uint8], ...]
-
-    def __len__(self) -> int:
-        """Return the number of views."""
-        return len(self.images)
-
-    def extended(self, other: Views) -> Views:
-        """Return these views followed by ``other``."""
-        return Views(concatenate([self.cameras, other.cameras]), self.images + other.images)
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,8 @@ import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict
 
 from avs.cameras import Cameras
-from avs.representations.base import Renderer, Views
+from avs.representations.base import Renderer
+from avs.views import Views
 
 
 class Settings(BaseModel):

@@ -5,9 +5,9 @@ import pytest
 from factories import MeanColor, ring
 
 from avs.errors import UserError
-from avs.representations.base import Views
 from avs.selectors.base import Resources, State
 from avs.selectors.fisher import FisherSelector, FisherSettings, information_gain
+from avs.views import Views
 
 CAMERAS = ring(9)
 

@@ -9,10 +9,11 @@ from factories import OnlyRenders, ring
 from skimage import data, filters
 
 from avs import selectors
-from avs.representations.base import Rendering, Views
+from avs.representations.base import Rendering
 from avs.scorer.settings import ResizeSettings
 from avs.selectors.base import Resources, State
 from avs.selectors.no_reference import METHODS, NoReferenceSettings
+from avs.views import Views
 from tests.tolerances import PIQE_PUBLISHED
 
 

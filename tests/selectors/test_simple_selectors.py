@@ -6,11 +6,11 @@ from factories import MeanColor, OnlyRenders, ring
 
 from avs import selectors
 from avs.errors import UserError
-from avs.representations.base import Views
 from avs.sampling import farthest_order, initial_views
 from avs.selectors.base import Resources, State, choose
 from avs.selectors.farthest import FarthestSelector
 from avs.selectors.random import RandomSelector, RandomSettings
+from avs.views import Views
 
 
 def state(candidates, captured=4, seed=0, step=0):

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from avs.cameras import Cameras
-from avs.representations.base import Views
 from avs.representations.gaussians.initialization import PointCloud
 from avs.representations.gaussians.settings import GaussianSettings
 from avs.representations.gaussians.splats import GaussianSplats
+from avs.views import Views
 
 
 def compile_kernels() -> None:
