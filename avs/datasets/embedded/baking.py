@@ -48,11 +48,11 @@ def bake(
     position, normal = model.vertices[first], model.normals[first]
     origin = position + OFFSET * normal
     direct = _direct(origin, normal, caster, lighting, True, rng)
-    outside = np.ones(len(first), bool)
+    outside: npt.NDArray[np.bool_] = np.ones(len(first), bool)
     sky = _direct(origin, normal, caster, lighting, False, rng)
     if lighting.interior is not None:
         low, high = np.reshape(lighting.interior, (2, 2))
-        outside = ((position[:, :2] < low) | (position[:, :2] > high)).any(axis=1)
+        outside = np.any((position[:, :2] < low) | (position[:, :2] > high), axis=1)
         rooms = np.flatnonzero(~outside)
         sky[rooms] += _through_windows(origin[rooms], normal[rooms], caster, lighting, rng)
     shares = [(rows, count) for rows, count in _shares(model, first, rays) if len(rows)]
@@ -123,8 +123,10 @@ def _hemispheres(normal: Array, rays: int, rng: np.random.Generator) -> Array:
     """Return cosine-distributed directions ``[n, rays, 3]``: one golden spiral, turned by chance at each site."""
     k = np.arange(rays) + 0.5
     radius, angle = np.sqrt(k / rays), k * (np.pi * (3 - np.sqrt(5)))
+    spiral = np.stack([radius * np.cos(angle), radius * np.sin(angle)]).astype(np.float32)
     turn = rng.uniform(0, 2 * np.pi, (len(normal), 1))
-    x, y = (radius * np.cos(angle + turn)).astype(np.float32), (radius * np.sin(angle + turn)).astype(np.float32)
+    cosine, sine = np.cos(turn).astype(np.float32), np.sin(turn).astype(np.float32)
+    x, y = spiral[0] * cosine - spiral[1] * sine, spiral[0] * sine + spiral[1] * cosine
     z = np.sqrt(1 - k / rays).astype(np.float32)
     tangent, bitangent = frame(normal)
     turned = x[..., None] * tangent[:, None] + y[..., None] * bitangent[:, None]

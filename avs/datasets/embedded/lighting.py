@@ -76,6 +76,15 @@ class Sky:
         edge = np.clip(direction[..., 2:] * 25 + 0.5, 0, 1)
         self.panorama = (clear * edge + np.asarray(below) * (1 - edge)).astype(np.float32)
 
+        self._rings = self.panorama.mean(axis=1)
+
+    def blurred(self, upward: Array) -> Array:
+        """Return the mean radiance ``[n, 3]`` of all directions whose vertical part is ``upward`` ``[n]``."""
+        rows = len(self._rings)
+        # Close to the elevation itself; a rough surface does not show the difference.
+        index = ((0.5 - 0.5 * upward) * rows).astype(np.int64)
+        return np.asarray(self._rings[np.clip(index, 0, rows - 1)])
+
     @staticmethod
     def _clouds(
         direction: npt.NDArray[np.floating], cloudiness: float, rng: np.random.Generator

@@ -39,7 +39,8 @@ class Shader:
         self._albedo = self.atlas.means[self._layer] * self._tint
         self.light = bake(model, self.caster, lighting, self._albedo, settings.gather_rays, settings.bounces, seed)
         self._vertex = np.concatenate([model.normals, model.coordinates, model.shade, self.light.ambient], axis=1)
-        self.face_normals, self._tangent, self._bitangent = _triangle_frames(model)
+        self._frames = _triangle_frames(model)
+        self.face_normals = self._frames[:, :3]
         self._open_sky = float(lighting.sky.panorama[:64].mean())
 
     def radiance(self, origins: Array, directions: Array, footprint: float, draws: Array) -> Array:
@@ -75,27 +76,20 @@ class Shader:
         corners = self.model.triangles[hits.triangle]
         fields = sum(hits.weights[:, k, None] * self._vertex[corners[:, k]] for k in range(3))
         assert isinstance(fields, np.ndarray)
-        facing = -np.einsum("ij,ij->i", directions, self.face_normals[hits.triangle])
+        frames = self._frames[hits.triangle]
+        face, tangent, bitangent = frames[:, :3], frames[:, 3:6], frames[:, 6:]
+        facing = -np.einsum("ij,ij->i", directions, face)
         side = np.where(facing < 0, np.float32(-1), np.float32(1))
         slant = np.maximum(np.abs(facing), 0.05)
         level = np.log2(np.maximum(hits.distance * footprint / np.sqrt(slant) / size, 1e-9)) + self.atlas.levels
-        surface = self.atlas.lookup(
-            self._layer[material],
-            fields[:, 3:5] / size[:, None],
-            level + draws[:, 2] - 0.5,
-        )
-        normal = unit(fields[:, :3]) * side[:, None]
+        level += draws[:, 2] - np.float32(0.5)
+        surface = self.atlas.lookup(self._layer[material], fields[:, 3:5] / size[:, None], level)
+        normal = fields[:, :3] * side[:, None]
         slope = surface.slope * relief[:, None]
-        normal = unit(
-            normal - slope[:, :1] * self._tangent[hits.triangle] - slope[:, 1:] * self._bitangent[hits.triangle]
-        )
+        normal = unit(normal - slope[:, :1] * tangent - slope[:, 1:] * bitangent)
         albedo = surface.color * self._tint[material] * fields[:, 5:8]
         ambient = fields[:, 8:11]
-        point = (
-            origins
-            + directions * hits.distance[:, None]
-            + np.float32(OFFSET) * side[:, None] * self.face_normals[hits.triangle]
-        )
+        point = origins + directions * hits.distance[:, None] + (np.float32(OFFSET) * side)[:, None] * face
         shine = reflectance * surface.gloss
         diffuse, highlight = self._direct(point, normal, directions, roughness, translucency, draws)
         cosine = np.clip(-np.einsum("ij,ij->i", directions, normal), 0.02, 1)
@@ -150,7 +144,9 @@ class Shader:
         if self.lighting.interior is None:
             # Where little light of the sky arrives, little of it can be mirrored.
             opening = np.clip(ambient.mean(axis=1) / self._open_sky, 0, 1)[:, None]
-            mirrored = self.lighting.sky(reflected) * opening * 0.7 + ambient * 0.3
+            mirrored = self.lighting.sky.blurred(reflected[:, 2]) * opening * np.float32(0.7) + ambient * np.float32(
+                0.3
+            )
         polished = np.flatnonzero(roughness < _MIRROR)
         if len(polished):
             hits = self.caster.nearest(point[polished], reflected[polished])
@@ -178,8 +174,8 @@ def _ggx(normal: Array, toward: Array, view: Array, roughness: Array) -> Array:
     return np.asarray(distribution * visibility, np.float32)
 
 
-def _triangle_frames(model: Model) -> tuple[Array, Array, Array]:
-    """Return unit normal, and the unit directions in which each texture coordinate grows, ``[t, 3]`` each."""
+def _triangle_frames(model: Model) -> Array:
+    """Return ``[t, 9]``: unit normal, and the unit directions in which each texture coordinate grows."""
     a, b, c = (model.vertices[model.triangles[:, k]] for k in range(3))
     u, v, w = (model.coordinates[model.triangles[:, k]] for k in range(3))
     first, second = b - a, c - a
@@ -188,4 +184,4 @@ def _triangle_frames(model: Model) -> tuple[Array, Array, Array]:
     sign = np.where(determinant < 0, -1.0, 1.0)[:, None]
     tangent = (first * t[:, 1:] - second * s[:, 1:]) * sign
     bitangent = (second * s[:, :1] - first * t[:, :1]) * sign
-    return unit(np.cross(first, second)), unit(tangent), unit(bitangent)
+    return np.concatenate([unit(np.cross(first, second)), unit(tangent), unit(bitangent)], axis=1)
