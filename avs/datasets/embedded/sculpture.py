@@ -70,7 +70,7 @@ def _capsules(height: float, rng: Generator) -> list[tuple[Floats, Floats, float
 def statue(rng: Generator, height: float) -> Group:
     """Return a robed figure of ``height`` metres, of stone or bronze, facing -y."""
     axes = [
-        np.linspace(low, high, count) for low, high, count in ((-0.38, 0.38, 54), (-0.34, 0.34, 48), (-0.04, 1.1, 80))
+        np.linspace(low, high, count) for low, high, count in ((-0.38, 0.38, 44), (-0.34, 0.34, 40), (-0.04, 1.1, 66))
     ]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
     total = np.zeros(len(grid))

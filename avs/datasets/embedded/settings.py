@@ -19,7 +19,7 @@ class EmbeddedSettings(BaseModel):
         8, ge=6, le=11, description="textures have 2 to this power texels along each side: 8 gives 256 x 256"
     )
     gather_rays: int = Field(
-        32, ge=8, le=1024, description="rays per vertex that gather light from the sky and from other surfaces"
+        24, ge=8, le=1024, description="rays per vertex that gather light from the sky and from other surfaces"
     )
     bounces: int = Field(
         2, ge=0, le=8, description="how often light is passed on between surfaces before it reaches the eye"
