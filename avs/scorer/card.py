@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import itertools
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -65,7 +66,7 @@ def model_card(
             {"step": point.step, "training": round(point.training, 6), "held_out": round(point.held_out, 6)}
             for point in curve
         ],
-        "held_out": {key: round(value, 6) for key, value in agreement(predictions).items()},
+        "held_out": {key: None if value is None else round(value, 6) for key, value in agreement(predictions).items()},
     }
 
 
@@ -78,32 +79,48 @@ def predict_held_out(
     rng = np.random.default_rng([settings.seed, 2])
     for number, scene in enumerate(held_out):
         tokens = [scorer.encode(photograph[None])[0] for photograph in scene.photographs]
-        for row, rendering in enumerate(scene.renderings):
-            image, moment = scene.images[row], scene.moment_of[row]
-            captured = scene.moments[moment].captured
-            pool = np.array([other for other in captured if other != image])
-            drawn = rng.permutation(pool)[: training.references.count]
-            predicted = scorer.maps(rendering[None], [[tokens[other] for other in drawn]])[0]
-            true = decoded(scene.maps[row])
-            rows, columns = predicted.shape
-            paired = np.stack([predicted, resized_map(true, training.resize).numpy()[:rows, :columns]], axis=-1)
-            yield Prediction(
-                scene=number,
-                moment=moment,
-                captured=image in captured,
-                predicted=float(predicted.mean(dtype=np.float64)),
-                true=float(true.mean(dtype=np.float64)),
-                pixels=rng.permutation(paired.reshape(-1, 2))[:_PIXELS],
+        for rows in _batches(scene):
+            references = [_others(scene, row, rng)[: training.references.count] for row in rows]
+            predicted = scorer.maps(
+                np.stack([scene.renderings[row] for row in rows]),
+                [[tokens[image] for image in images] for images in references],
             )
+            for row, values in zip(rows, predicted, strict=True):
+                true = decoded(scene.maps[row])
+                same = resized_map(true, training.resize).numpy()[: values.shape[0], : values.shape[1]]
+                moment = scene.moment_of[row]
+                yield Prediction(
+                    scene=number,
+                    moment=moment,
+                    captured=scene.images[row] in scene.moments[moment].captured,
+                    predicted=float(values.mean(dtype=np.float64)),
+                    true=float(true.mean(dtype=np.float64)),
+                    pixels=rng.permutation(np.stack([values, same], axis=-1).reshape(-1, 2))[:_PIXELS],
+                )
 
 
-def agreement(predictions: Sequence[Prediction]) -> dict[str, float]:
+def _batches(scene: Distortions) -> Iterator[list[int]]:
+    """Yield successive renderings of one size, at most ``_BATCH`` at a time."""
+    for _, group in itertools.groupby(range(len(scene)), key=lambda row: scene.renderings[row].shape):
+        rows = list(group)
+        for start in range(0, len(rows), _BATCH):
+            yield rows[start : start + _BATCH]
+
+
+def _others(scene: Distortions, row: int, rng: np.random.Generator) -> list[int]:
+    """Return the photographs captured at the moment of a rendering, without its own, in random order."""
+    captured = scene.moments[scene.moment_of[row]].captured
+    shuffled: list[int] = rng.permutation([image for image in captured if image != scene.images[row]]).tolist()
+    return shuffled
+
+
+def agreement(predictions: Sequence[Prediction]) -> dict[str, float | None]:
     """Return how well predictions agree with the truth.
 
     ``pearson`` and ``spearman`` over all images; ``pixel_pearson`` and ``pixel_spearman`` over sampled pixels;
     ``candidate_spearman``: over the views not yet captured at one moment of one scene, mean over moments. The last is
     what a choice among candidates depends on; the first are easier, because quality rises in the course of a
-    reconstruction.
+    reconstruction. A correlation with a constant is None.
     """
     images = np.array([(item.predicted, item.true) for item in predictions])
     pixels = np.concatenate([item.pixels for item in predictions])
@@ -111,16 +128,24 @@ def agreement(predictions: Sequence[Prediction]) -> dict[str, float]:
     for item in predictions:
         if not item.captured:
             groups.setdefault((item.scene, item.moment), []).append((item.predicted, item.true))
-    within = [float(spearmanr(*np.array(group).T).statistic) for group in groups.values() if len(group) > 2]
+    within = [_correlation(spearmanr, np.array(group)) for group in groups.values() if len(group) > 2]
+    defined = [value for value in within if value is not None]
     return {
         "images": float(len(images)),
-        "pearson": float(pearsonr(*images.T).statistic),
-        "spearman": float(spearmanr(*images.T).statistic),
-        "pixel_pearson": float(pearsonr(*pixels.T).statistic),
-        "pixel_spearman": float(spearmanr(*pixels.T).statistic),
-        "candidate_spearman": float(np.mean(within)),
+        "pearson": _correlation(pearsonr, images),
+        "spearman": _correlation(spearmanr, images),
+        "pixel_pearson": _correlation(pearsonr, pixels),
+        "pixel_spearman": _correlation(spearmanr, pixels),
+        "candidate_spearman": float(np.mean(defined)) if defined else None,
         "mean_absolute_error": float(np.abs(images[:, 0] - images[:, 1]).mean()),
     }
+
+
+def _correlation(statistic: Callable[..., Any], pairs: npt.NDArray[np.floating[Any]]) -> float | None:
+    """Return a correlation of the columns of ``pairs`` ``[n, 2]``."""
+    if (np.ptp(pairs, axis=0) == 0).any():
+        return None
+    return float(statistic(pairs[:, 0], pairs[:, 1]).statistic)
 
 
 def _summary(scene: Distortions) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -128,12 +128,22 @@ def fit(
     sampler = Sampler(scenes, training, np.random.default_rng([settings.seed, 0]), features)
     examination = Sampler(held_out, training, np.random.default_rng([settings.seed, 1]))
     batches = [examination.batch().to(device) for _ in range(_HELD_OUT_BATCHES)]
+    curve: list[LossPoint] = []
+    for step, error in _optimise(network, sampler, training, frozen, device):
+        curve.append(LossPoint(step, error, _examine(network, batches)))
+        progress(f"step {step} of {training.steps}: error {error:.4f}, held out {curve[-1].held_out:.4f}")
+    return network.eval(), curve
+
+
+def _optimise(
+    network: CrossReferenceNetwork, sampler: Sampler, training: TrainingSettings, frozen: bool, device: str
+) -> Iterator[tuple[int, float]]:
+    """Optimise ``network``; yield the step and the mean loss since the last time, when it is to be examined."""
     optimizer = torch.optim.AdamW(
         (parameter for parameter in network.parameters() if parameter.requires_grad), lr=training.learning_rate
     )
     schedule = torch.optim.lr_scheduler.LambdaLR(optimizer, lambda step: _rate(step, training))
     marks = {round(training.steps * (i + 1) / training.evaluations) for i in range(training.evaluations)}
-    curve: list[LossPoint] = []
     recent: list[float] = []
     for step in range(1, training.steps + 1):
         network.train()
@@ -144,13 +154,11 @@ def fit(
         optimizer.step()
         schedule.step()
         recent.append(float(error.detach()))
+        if not math.isfinite(recent[-1]):
+            raise UserError(f"scorer at step {step}", "its error is not finite", "lower training.learning_rate")
         if step in marks:
-            curve.append(LossPoint(step, float(np.mean(recent)), _examine(network, batches)))
-            progress(
-                f"step {step} of {training.steps}: error {curve[-1].training:.4f}, held out {curve[-1].held_out:.4f}"
-            )
+            yield step, float(np.mean(recent))
             recent.clear()
-    return network.eval(), curve
 
 
 def loss(network: CrossReferenceNetwork, batch: Batch) -> Tensor:
