@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import coo_matrix
+from scipy.sparse import coo_matrix, csr_matrix
 
 from avs.datasets.embedded.lighting import OFFSET, Lighting, Sky, frame, lamp_directions, sun_directions
 from avs.datasets.embedded.model import Array, Model
@@ -58,13 +58,13 @@ def bake(
     shares = [(rows, count) for rows, count in _shares(model, first, rays) if len(rows)]
     gatherings = [_gather(model, rows, count, origin, normal, caster, rng) for rows, count in shares]
     for part in gatherings:
-        sky[part.sites] += part.mean(part.open_sky(lighting.sky)) * outside[part.sites, None]
+        sky[part.sites] += part.open_sky(lighting.sky) * outside[part.sites, None]
     ambient = sky
     for _ in range(bounces):
         radiance = _outgoing(model, albedo, ambient + direct)
         ambient = sky.copy()
         for part in gatherings:
-            ambient[part.sites] += part.mean(radiance[part.source])
+            ambient[part.sites] += part.gathered(radiance)
     at_vertices = _smooth(model, ambient[model.site])
     return BakedLight(at_vertices, at_vertices + direct[model.site])
 
@@ -80,16 +80,24 @@ class _Gathering:
     directions: Array
     source: npt.NDArray[np.int64]
 
-    def mean(self, radiance: Array) -> Array:
-        """Return the mean over each site's rays."""
-        return np.asarray(radiance.reshape(len(self.sites), -1, 3).mean(axis=1))
+    def gathered(self, radiance: Array) -> Array:
+        """Return the mean over each site's rays of the ``radiance`` ``[t, 3]`` of the triangles that they meet."""
+        rays = len(self.source) // len(self.sites)
+        start = np.arange(0, len(self.source) + 1, rays)
+        weights = (self.source >= 0).astype(np.float32) / np.float32(rays)
+        # A product with a sparse matrix sums in a fixed order, several times faster than a mean over the middle axis.
+        matrix = csr_matrix((weights, np.maximum(self.source, 0), start), (len(self.sites), len(radiance)))
+        return np.asarray(matrix @ radiance, np.float32)
 
     def open_sky(self, sky: Sky) -> Array:
-        """Return the sky's radiance where a ray leaves the scene, else 0."""
-        radiance = np.zeros_like(self.directions)
+        """Return the mean over each site's rays of the sky's radiance, where they leave the scene."""
+        rays = len(self.source) // len(self.sites)
         missed = np.flatnonzero(self.source == -2)
-        radiance[missed] = sky(self.directions[missed], smooth=False)
-        return radiance
+        total = np.zeros((len(self.sites), 3))
+        light, site = sky(self.directions[missed], smooth=False), missed // rays
+        for channel in range(3):
+            total[:, channel] = np.bincount(site, light[:, channel], len(self.sites))
+        return np.asarray(total / rays, np.float32)
 
 
 def _shares(model: Model, first: npt.NDArray[np.int64], rays: int) -> list[tuple[npt.NDArray[np.int64], int]]:
@@ -189,15 +197,13 @@ def _through_windows(
 
 
 def _outgoing(model: Model, albedo: Array, light: Array) -> Array:
-    """Return the radiance ``[t + 2, 3]`` of each triangle under site ``light``, and of nothing: twice 0 at the end."""
+    """Return the radiance ``[t, 3]`` of each triangle under site ``light`` ``[s, 3]``."""
     shaded = light[model.site] * model.shade
     mean = (shaded[model.triangles[:, 0]] + shaded[model.triangles[:, 1]] + shaded[model.triangles[:, 2]]) * np.float32(
         1 / 3
     )
     emission = np.array([m.emission for m in model.materials], np.float32)
-    radiance = np.zeros((len(mean) + 2, 3), np.float32)
-    radiance[:-2] = mean * albedo[model.triangle_material] + emission[model.triangle_material]
-    return radiance
+    return np.asarray(mean * albedo[model.triangle_material] + emission[model.triangle_material], np.float32)
 
 
 def _smooth(model: Model, values: Array) -> Array:
