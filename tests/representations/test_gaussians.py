@@ -6,11 +6,12 @@ import torch
 
 from avs.cameras import Cameras
 from avs.errors import UserError
-from avs.representations.base import HasFisherDiagonal, Views
+from avs.representations.base import HasFisherDiagonal
 from avs.representations.gaussians.information import parameter_fisher
 from avs.representations.gaussians.initialization import PointCloud
 from avs.representations.gaussians.settings import Densification, GaussianSettings, InitialPoints
 from avs.representations.gaussians.splats import GaussianSplats, build
+from avs.views import Views
 from tests import tolerances
 from tests.factories import ring, small_scene
 
@@ -78,6 +79,22 @@ def test_a_resumed_run_has_the_same_bits(views, tmp_path):
     resumed.save(tmp_path / "resumed.safetensors")
     straight.save(tmp_path / "straight.safetensors")
     assert (tmp_path / "resumed.safetensors").read_bytes() == (tmp_path / "straight.safetensors").read_bytes()
+
+
+def test_changes_wait_for_the_next_step(views):
+    """A view that is chosen after a step sees neither freshly split Gaussians nor opacities just reset."""
+    representation = splats(
+        SETTINGS.model_copy(update={"densification": DENSIFICATION.model_copy(update={"start": 60})})
+    )
+    representation.fit(views, 70)
+    before = representation.parameters["opacities"].detach().sigmoid().max()
+    assert before > 0.05
+    representation.fit(views, 1)
+    assert representation.parameters["opacities"].detach().sigmoid().max() < 0.02
+    representation.fit(views, 9)
+    assert representation.primitives == 50
+    representation.fit(views, 1)
+    assert representation.primitives != 50
 
 
 def test_a_wrong_checkpoint_is_refused(views, tmp_path):

@@ -59,9 +59,6 @@ class DensityControl:
             grow_grad2d=settings.gradient_threshold,
             grow_scale3d=settings.split_scale,
             prune_scale3d=settings.prune_scale,
-            refine_start_iter=settings.start,
-            refine_stop_iter=settings.until,
-            refine_every=settings.every,
             reset_every=settings.opacity_reset_every,
             absgrad=settings.absolute_gradient,
             max_gaussians=settings.max_gaussians,
@@ -76,17 +73,34 @@ class DensityControl:
         """Take over what ``statistics`` returned."""
         self._state |= {name: statistics.get(name) for name in STATISTICS}
 
-    def before_step(self, parameters: Parameters, optimizers: Mapping[str, Adam], step: int) -> None:
-        """Reset opacities where the step before ended a period of resets.
+    def before_step(
+        self, parameters: Parameters, optimizers: Mapping[str, Adam], step: int, generator: np.random.Generator
+    ) -> None:
+        """Change the number of Gaussians and reset opacities, where the step before made that due.
 
-        3DGS resets at the end of that step, which is the same to the optimisation. Here it waits for the next one,
-        because views may be chosen in between, at steps 3000 and 6000 of the paper's schedule, and a model just after a
-        reset renders almost black.
+        3DGS does so at the end of that step, which is the same to the optimisation. Here it waits for the next one,
+        because views may be chosen in between: every addition of the paper's schedule falls on a step of densification,
+        two on resets of opacities, and a model just after a reset renders almost black. FisherRF chooses views at the
+        start of the iteration, before both.
+
+        Args:
+            parameters: changed in place; its tensors are replaced.
+            optimizers: one per parameter; their moments follow the Gaussians.
+            step: number of the step that is about to begin, from 1.
+            generator: source of the offsets of split Gaussians.
         """
-        done = step - 1
-        if 0 < done < self._settings.until and done % self._settings.opacity_reset_every == 0:
+        settings, done = self._settings, step - 1
+        if not 0 < done < settings.until:
+            return
+        if done > settings.start and done % settings.every == 0:
+            with _seeded(generator, parameters["means"].device):
+                self._strategy._grow_gs(parameters, optimizers, self._state, done)
+            self._strategy._prune_gs(parameters, optimizers, self._state, done)
+            for name in STATISTICS:
+                self._state[name].zero_()
+        if done % settings.opacity_reset_every == 0:
             # gsplat 1.5.3 tests `step % reset_every == 0 & step > 0`, which Python reads as `... == 0 > 0`: never true.
-            reset_opa(parameters, optimizers, self._state, value=self._settings.opacity_reset_value)
+            reset_opa(parameters, optimizers, self._state, value=settings.opacity_reset_value)
 
     def before_backward(
         self, parameters: Parameters, optimizers: Mapping[str, Adam], step: int, meta: dict[str, Any]
@@ -95,39 +109,15 @@ class DensityControl:
         if step < self._settings.until:
             self._strategy.step_pre_backward(parameters, optimizers, self._state, step, meta)
 
-    def after_backward(
-        self,
-        parameters: Parameters,
-        optimizers: Mapping[str, Adam],
-        step: int,
-        meta: dict[str, Any],
-        generator: np.random.Generator,
-    ) -> None:
-        """Gather statistics and, where it is due, change the number of Gaussians.
-
-        Args:
-            parameters: changed in place; its tensors are replaced.
-            optimizers: one per parameter; their moments follow the Gaussians.
-            step: number of the optimisation step, from 1.
-            meta: what ``rasterization`` returned for the step.
-            generator: source of the offsets of split Gaussians.
-        """
-        if step >= self._settings.until:
-            return
-        changes = step > self._settings.start and step % self._settings.every == 0
-        with _seeded(generator, parameters["means"].device, changes):
-            self._strategy.step_post_backward(parameters, optimizers, self._state, step, meta, packed=False)
+    def after_backward(self, parameters: Parameters, step: int, meta: dict[str, Any]) -> None:
+        """Add the image plane gradients of ``step`` to the statistics; ``meta`` is what ``rasterization`` returned."""
+        if step < self._settings.until:
+            self._strategy._update_state(parameters, self._state, meta, packed=False)
 
 
 @contextmanager
-def _seeded(generator: np.random.Generator, device: torch.device, needed: bool) -> Iterator[None]:
-    """Seed torch's global generator from ``generator`` inside the context and restore it after.
-
-    gsplat's ``split`` draws from the global generator. Nothing is drawn or changed unless ``needed``.
-    """
-    if not needed:
-        yield
-        return
+def _seeded(generator: np.random.Generator, device: torch.device) -> Iterator[None]:
+    """Seed torch's global generator, which gsplat's ``split`` draws from, inside the context, and restore it after."""
     devices = [device] if device.type == "cuda" else []
     with torch.random.fork_rng(devices=devices):
         torch.manual_seed(int(generator.integers(2**63)))

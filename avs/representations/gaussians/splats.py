@@ -13,7 +13,7 @@ from torch import Tensor
 
 from avs.cameras import Cameras, IndexArray
 from avs.errors import UserError
-from avs.representations.base import Rendering, Views
+from avs.representations.base import Rendering
 from avs.representations.gaussians.checkpoint import CheckpointState, read_checkpoint, write_checkpoint
 from avs.representations.gaussians.densification import STATISTICS, DensityControl
 from avs.representations.gaussians.information import parameter_fisher
@@ -24,6 +24,7 @@ from avs.representations.gaussians.parameters import NAMES, Parameters, create_p
 from avs.representations.gaussians.rasterizer import rasterization
 from avs.representations.gaussians.settings import GaussianSettings
 from avs.scene import Scene
+from avs.views import Views
 
 CHECK_EVERY = 100
 """Steps between checks that every parameter is finite."""
@@ -188,17 +189,16 @@ class GaussianSplats:
 
     def _step(self, target: Target, camera: Cameras) -> None:
         step = self.iteration + 1
+        self._density.before_step(self.parameters, self._optimizers, step, self._generator)
         degree = follow_schedules(self._optimizers, self.settings, self.extent, step)
-        self._density.before_step(self.parameters, self._optimizers, step)
         image, _, meta = self._rasterize(camera, degree, "RGB")
         loss = photometric_loss(image[0], target, self.settings.ssim_weight)
         self._density.before_backward(self.parameters, self._optimizers, step, meta)
         loss.backward()  # type: ignore[no-untyped-call]
+        self._density.after_backward(self.parameters, step, meta)
         for optimizer in self._optimizers.values():
             optimizer.step()
             optimizer.zero_grad(set_to_none=True)
-        # After the update, as in gsplat's trainer: 3DGS changes the set before it and so loses that one update.
-        self._density.after_backward(self.parameters, self._optimizers, step, meta, self._generator)
         self.iteration = step
 
     def _rasterize(
