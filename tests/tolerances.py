@@ -39,8 +39,9 @@ FLOAT64_GEOMETRY = 1e-13
 FLOAT64_PIXELS = 1e-9
 # avs/selectors/no_reference.py: PIQE counts blocks by thresholds; scores are known to two decimals.
 PIQE_PUBLISHED = 0.01
-# avs/datasets/captures.py: the centroid of a dot of 2 px radius in 8 bits, after bilinear undistortion and resizing, whose
-# neighbours' tails reach its window: 0.07 px at most; the distortions of the tests shift points by over ten times as much.
+# avs/datasets/captures.py: the centroid of a dot of 2 px radius in 8 bits, after bilinear undistortion and resizing,
+# whose neighbours' tails reach its window: 0.07 px at most; the distortions of the tests shift points by over ten
+# times as much.
 DOT_CENTROID = 0.1
 # avs/datasets/captures.py: median reprojection error of structure from motion on real photographs of 480 px, as COLMAP
 # leaves it (0.10 to 0.35 px).
