@@ -14,7 +14,9 @@ import typer
 from avs.compatibility import limit_threads, prepare_environment
 from avs.jobs import die_with_parent, job
 
-app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False, help=__doc__)
+HELP = "Active view selection. One command per step of the workflow; every path is an argument."
+
+app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False, help=HELP)
 scorer = typer.Typer(no_args_is_help=True, help="Train the cross-reference scorer.")
 app.add_typer(scorer, name="scorer")
 
