@@ -97,7 +97,9 @@ def train(
 
     with job(log) as console:
         limit_threads()
-        run(training, held_out, weights, card, ScorerSettings.model_validate(_read(settings)), console.progress)
+        values = _read(settings)
+        checked = ScorerSettings.model_validate(values["scorer"])
+        run(training, held_out, weights, card, checked, console.progress, values["device"])
 
 
 @app.command()

@@ -12,9 +12,9 @@ import torch
 from torch import Tensor
 
 from avs.errors import UserError
+from avs.resizing import ResizeSettings, resized, to_tensor
 from avs.scorer.distortions import Distortions, decoded
-from avs.scorer.images import resized, to_tensor
-from avs.scorer.settings import PATCH, ResizeSettings, TrainingSettings
+from avs.scorer.settings import PATCH, TrainingSettings
 
 _ENCODING_BATCH = 8
 

@@ -11,11 +11,10 @@ import torch
 from torch import Tensor
 from torch.nn.utils.rnn import pad_sequence
 
+from avs.resizing import Pixels, ResizeSettings, resized, to_tensor
 from avs.scorer.backbones import fused
 from avs.scorer.checkpoint import load_network
-from avs.scorer.images import Pixels, resized, to_tensor
 from avs.scorer.network import CrossReferenceNetwork
-from avs.scorer.settings import ResizeSettings
 
 
 class CrossReferenceScorer:

@@ -7,22 +7,14 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
 
+from avs.resizing import ResizeSettings
+
 PATCH = 14
 """Pixels along a side of the square that one token describes, as in DINOv2 and CrossScore."""
 
 
 class _Settings(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class ResizeSettings(_Settings):
-    """How images are resized before they are scored; the aspect ratio stays."""
-
-    side: Literal["long", "short"] = Field(
-        default="long",
-        description="the side that gets `pixels`: long as the paper says, short as CrossScore's code does",
-    )
-    pixels: int = Field(default=518, ge=PATCH, description="length of that side in pixels")
 
 
 class ReferenceSettings(_Settings):

@@ -12,7 +12,8 @@ import numpy.typing as npt
 from pydantic import Field, PositiveInt
 
 from avs.errors import UserError
-from avs.scorer.settings import ReferenceSettings, ResizeSettings
+from avs.resizing import ResizeSettings
+from avs.scorer.settings import ReferenceSettings
 from avs.selectors.base import Method, Resources, Selection, Settings, State, choose
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from pydantic import Field, PositiveInt
 
 from avs.representations.base import FloatImages
-from avs.scorer.settings import ResizeSettings
+from avs.resizing import ResizeSettings
 from avs.selectors.base import Method, Resources, Selection, Settings, State, choose
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ class NoReferenceSelector:
         """
         import torch
 
-        from avs.scorer.images import resized, to_tensor
+        from avs.resizing import resized, to_tensor
 
         with torch.inference_mode():
             # antialiased bilinear resizing can leave 0..1 by a rounding error, which pyiqa refuses

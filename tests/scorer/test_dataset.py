@@ -5,9 +5,10 @@ import pytest
 import torch
 
 from avs.errors import UserError
+from avs.resizing import ResizeSettings
 from avs.scorer.dataset import Sampler
 from avs.scorer.distortions import decoded
-from avs.scorer.settings import ReferenceSettings, ResizeSettings, TrainingSettings
+from avs.scorer.settings import ReferenceSettings, TrainingSettings
 
 
 def _settings(**changes):

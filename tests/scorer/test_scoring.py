@@ -2,10 +2,9 @@ import numpy as np
 import pytest
 import torch
 
+from avs.resizing import ResizeSettings, resized, target_size, to_tensor
 from avs.scorer.checkpoint import save_network
-from avs.scorer.images import resized, target_size, to_tensor
 from avs.scorer.scoring import CrossReferenceScorer, load_scorer
-from avs.scorer.settings import ResizeSettings
 from tests.tolerances import FLOAT32_NETWORK
 
 

@@ -6,11 +6,12 @@ import torch
 
 from avs.compatibility import prepare_torchvision
 from avs.errors import UserError
+from avs.resizing import ResizeSettings
 from avs.scorer.backbones import WEIGHTS_VARIABLE, RepViT
 from avs.scorer.checkpoint import load_network
 from avs.scorer.distortions import write_distortions
 from avs.scorer.network import build_network
-from avs.scorer.settings import ResizeSettings, ScorerSettings, TrainingSettings
+from avs.scorer.settings import ScorerSettings, TrainingSettings
 from avs.scorer.training import train
 
 SETTINGS = ScorerSettings(

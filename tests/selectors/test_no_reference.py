@@ -10,7 +10,7 @@ from skimage import data, filters
 
 from avs import selectors
 from avs.representations.base import Rendering
-from avs.scorer.settings import ResizeSettings
+from avs.resizing import ResizeSettings
 from avs.selectors.base import Resources, State
 from avs.selectors.no_reference import METHODS, NoReferenceSettings
 from avs.views import Views

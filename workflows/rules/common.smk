@@ -47,7 +47,10 @@ def section(part):
         picked = {key: common[key] for key in ("device", "representation")}
         return picked | {"renders": common["scorers"][name]["renders"]}
     if stage == "training":
-        return common["scorers"][name]["training"]
+        return {
+            "device": common["device"],
+            "scorer": common["scorers"][name]["training"],
+        }
     if stage == "table":
         return {"methods": common["methods"], "published": published(name)}
     if stage == "figure":

@@ -29,6 +29,8 @@ rule scorer_renders:
     log:
         f"{LOGS}/scorer/{{scorer}}/renders/{{pattern}}_{{seed}}.log",
     priority: 2  # the longest path of the workflow goes through the scorer
+    resources:
+        gpu=int(settings.device == "cuda"),
     params:
         folder=subpath(input.scene, parent=True),
     message:
@@ -50,6 +52,8 @@ rule scorer_train:
     log:
         f"{LOGS}/scorer/{{scorer}}/training.log",
     priority: 2
+    resources:
+        gpu=int(settings.device == "cuda"),
     params:
         training=lambda wildcards, input: [
             f"--training {path}" for path in input.training

@@ -1,25 +1,42 @@
-"""From arrays of pixels to the network's input: type, size, batches."""
+"""Renderings and photographs as the input of an image quality method: type, size, batches.
+
+torch is imported inside the functions, because selectors read the settings where torch is not wanted.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
-import torch
-from torch import Tensor
-from torch.nn import functional
+from pydantic import BaseModel, ConfigDict, Field
 
-from avs.scorer.settings import PATCH, ResizeSettings
+if TYPE_CHECKING:
+    from torch import Tensor
 
 Pixels = npt.NDArray[np.uint8] | npt.NDArray[np.floating[Any]]
 
+SMALLEST = 14
+"""Pixels of the smallest side that an image is resized to: one token of the cross-reference network."""
+
+
+class ResizeSettings(BaseModel):
+    """How images are resized before they are scored; the aspect ratio stays."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    side: Literal["long", "short"] = Field(
+        default="long",
+        description="the side that gets `pixels`: long as the paper says, short as CrossScore's code does",
+    )
+    pixels: int = Field(default=518, ge=SMALLEST, description="length of that side in pixels")
+
 
 def target_size(height: int, width: int, settings: ResizeSettings) -> tuple[int, int]:
-    """Return the height and width after resizing, rounded to the nearest pixel and at least one token a side."""
+    """Return the height and width after resizing, rounded to the nearest pixel and at least ``SMALLEST``."""
     side = max(height, width) if settings.side == "long" else min(height, width)
     ratio = settings.pixels / side
-    return max(PATCH, round(height * ratio)), max(PATCH, round(width * ratio))
+    return max(SMALLEST, round(height * ratio)), max(SMALLEST, round(width * ratio))
 
 
 def to_tensor(images: Pixels, device: str = "cpu") -> Tensor:
@@ -33,6 +50,8 @@ def to_tensor(images: Pixels, device: str = "cpu") -> Tensor:
     """
     if images.ndim != 4 or images.shape[-1] != 3:
         raise ValueError(f"images have shape {images.shape}, expected [n, height, width, 3]")
+    import torch
+
     # The images may be read-only (frozen, or memory-mapped); torch would warn, though nothing here writes to them.
     tensor = torch.from_numpy(np.array(images) if not images.flags.writeable else images).to(device)
     floats = tensor.float() / 255.0 if tensor.dtype == torch.uint8 else tensor.float().clamp(0.0, 1.0)
@@ -44,4 +63,6 @@ def resized(images: Tensor, settings: ResizeSettings) -> Tensor:
     size = target_size(images.shape[-2], images.shape[-1], settings)
     if size == tuple(images.shape[-2:]):
         return images
+    from torch.nn import functional
+
     return functional.interpolate(images, size, mode="bilinear", antialias=True)
