@@ -7,7 +7,8 @@ the workflow can read their metadata quickly.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
@@ -107,6 +108,21 @@ class Method:
     build: Callable[..., Selector]
     settings: type[Settings] = field(default=Settings)
     scorer: str | None = None
+
+
+def render_candidates(
+    state: State, batch: int
+) -> Iterator[tuple[npt.NDArray[np.int64], npt.NDArray[np.float32], float]]:
+    """Render all candidates, at most ``batch`` of one image size at once.
+
+    Yields:
+        The rows of the candidates, their renderings ``[rows, height, width, 3]`` in 0..1, and the seconds it took.
+    """
+    for _, indices in state.candidates.by_size():
+        for rows in np.split(indices, range(batch, len(indices), batch)):
+            start = time.perf_counter()
+            rgb = state.representation.render(state.candidates[rows]).rgb
+            yield rows, rgb, time.perf_counter() - start
 
 
 def choose(scores: npt.NDArray[np.float64], k: int, higher_is_worse: bool) -> npt.NDArray[np.int64]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import time
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
@@ -14,7 +13,7 @@ from pydantic import Field, PositiveInt
 from avs.errors import UserError
 from avs.resizing import ResizeSettings
 from avs.scorer.settings import ReferenceSettings
-from avs.selectors.base import Method, Resources, Selection, Settings, State, choose
+from avs.selectors.base import Method, Resources, Selection, Settings, State, choose, render_candidates
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -67,12 +66,9 @@ class CrossReferenceSelector:
         references = self._references(state, tokens)
         scores = np.empty(len(state.candidates))
         render_seconds = 0.0
-        for _, indices in state.candidates.by_size():
-            for rows in np.split(indices, range(self._settings.batch, len(indices), self._settings.batch)):
-                start = time.perf_counter()
-                renderings = state.representation.render(state.candidates[rows]).rgb
-                render_seconds += time.perf_counter() - start
-                scores[rows] = self._scorer.score(renderings, [references[row] for row in rows])
+        for rows, renderings, seconds in render_candidates(state, self._settings.batch):
+            render_seconds += seconds
+            scores[rows] = self._scorer.score(renderings, [references[row] for row in rows])
         return Selection(choose(scores, k, higher_is_worse=False), scores, render_seconds)
 
     def _encoded(self, images: Sequence[Image]) -> list[Tensor]:

@@ -6,7 +6,6 @@ A further metric of pyiqa is one more row of ``_METRICS``.
 from __future__ import annotations
 
 import functools
-import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -16,7 +15,7 @@ from pydantic import Field, PositiveInt
 
 from avs.representations.base import FloatImages
 from avs.resizing import ResizeSettings
-from avs.selectors.base import Method, Resources, Selection, Settings, State, choose
+from avs.selectors.base import Method, Resources, Selection, Settings, State, choose, render_candidates
 
 if TYPE_CHECKING:
     from torch import nn
@@ -74,12 +73,9 @@ class NoReferenceSelector:
         """Return the ``k`` candidates of the worst quality; of the representation only ``render`` is used."""
         scores = np.empty(len(state.candidates))
         render_seconds = 0.0
-        for _, indices in state.candidates.by_size():
-            for rows in np.split(indices, range(self._settings.batch, len(indices), self._settings.batch)):
-                start = time.perf_counter()
-                renderings = state.representation.render(state.candidates[rows]).rgb
-                render_seconds += time.perf_counter() - start
-                scores[rows] = self.score(renderings)
+        for rows, renderings, seconds in render_candidates(state, self._settings.batch):
+            render_seconds += seconds
+            scores[rows] = self.score(renderings)
         return Selection(choose(scores, k, self._metric.lower_better), scores, render_seconds)
 
     def score(self, images: FloatImages) -> npt.NDArray[np.float64]:
