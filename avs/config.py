@@ -61,6 +61,10 @@ class Config(_Section):
     selectors: dict[str, dict[str, Any]] = Field(
         default_factory=dict, description="settings of the methods, by identifier"
     )
+    protocols: dict[str, dict[str, Any]] = Field(
+        default_factory=dict,
+        description="settings of the loop that a method has for itself, by identifier, such as FisherRF4's batches",
+    )
     scenes_dir: str | None = Field(
         default=None, description="folder of captures in COLMAP layout to evaluate instead of embedded scenes"
     )
@@ -93,6 +97,9 @@ def load(values: dict[str, Any]) -> Config:
         config = Config.model_validate(values)
     except ValidationError as error:
         raise _readable(error) from None
+    for identifier in config.protocols:
+        selectors.find(identifier)
+        protocol_of(config, identifier)
     for identifier in {*config.methods, *config.selectors}:
         method = selectors.find(identifier).method
         if method.scorer is not None and method.scorer not in config.scorers:
@@ -102,10 +109,22 @@ def load(values: dict[str, Any]) -> Config:
     return config
 
 
-def _readable(error: ValidationError) -> UserError:
-    """Return the first fault of a validation as one line."""
+def protocol_of(config: Config, method: str) -> ProtocolSettings:
+    """Return the settings of the loop for one method: the common ones, and its own where it has them.
+
+    Raises:
+        UserError: a key is unknown, or a value does not fit.
+    """
+    try:
+        return ProtocolSettings.model_validate(config.protocol.model_dump() | config.protocols.get(method, {}))
+    except ValidationError as error:
+        raise _readable(error, "protocols", method) from None
+
+
+def _readable(error: ValidationError, *parents: str) -> UserError:
+    """Return the first fault of a validation as one line; ``parents`` are the keys above the validated part."""
     first = error.errors()[0]
-    place = ".".join(map(str, first["loc"])) or "configuration"
+    place = ".".join(map(str, (*parents, *first["loc"]))) or "configuration"
     if first["type"] != "extra_forbidden":
         return UserError(f"configuration: {place}", first["msg"], "mend the value")
     near = difflib.get_close_matches(str(first["loc"][-1]), sorted(_all_keys(Config)), n=1)

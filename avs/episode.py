@@ -17,7 +17,7 @@ from avs.record import CurvePoint, Episode, EpisodeMeta, Step, StepTimes
 from avs.representations.base import Representation
 from avs.sampling import initial_views
 from avs.scene import Scene
-from avs.selectors.base import Selection, Selector, State
+from avs.selectors.base import PreparesRepresentation, Selection, Selector, State, Truth
 from avs.views import Views
 
 Builder = Callable[[IndexArray], Representation]
@@ -54,6 +54,7 @@ class Plan:
         evaluate: computes the test metrics.
         progress: is told one line about each step.
         device: ``cpu`` or ``cuda``, for the clock.
+        oracle: whether the method may look at photographs that are not captured yet.
     """
 
     scene: Scene
@@ -64,6 +65,7 @@ class Plan:
     evaluate: Evaluator
     progress: Progress
     device: str = "cpu"
+    oracle: bool = False
 
 
 def seed_of(*parts: object) -> int:
@@ -138,7 +140,14 @@ class _Loop:
         initial = pool[initial_views(scene.cameras[pool].centers, protocol.initial_views, protocol.initial_start)]
         self.captured: list[int] = initial.tolist()
         self.views: Views = scene.views(initial)
-        self.representation = self.plan.build(initial)
+        self.representation = self.build()
+
+    def build(self) -> Representation:
+        """Return an untrained reconstruction, prepared by the method if it asks for that."""
+        representation = self.plan.build(np.array(self.captured, dtype=np.int64))
+        if isinstance(self.plan.selector, PreparesRepresentation):
+            self.plan.selector.prepare(representation)
+        return representation
 
     def run(self) -> None:
         """Alternate between fitting and selecting, then fit to the end."""
@@ -150,7 +159,7 @@ class _Loop:
             self.measure()
             self.select(step, fit_seconds)
             if protocol.refit == "reinit":
-                self.representation = self.plan.build(np.array(self.captured, dtype=np.int64))
+                self.representation = self.build()
         self.fit_until(protocol.iterations)
         self.measure()
 
@@ -180,7 +189,8 @@ class _Loop:
         candidates = np.setdiff1d(scene.pool, self.captured)
         k = min(self.plan.protocol.views_per_step, self.budget - len(self.captured))
         rng = np.random.default_rng(seed_of("selection", scene.name, identity.method, identity.seed, step))
-        state = State(self.representation, self.views, scene.cameras[candidates], rng, step)
+        truth = Truth(scene.views(candidates), scene.views(scene.test)) if self.plan.oracle else None
+        state = State(self.representation, self.views, scene.cameras[candidates], rng, step, truth)
         start = measure.clock(device)
         selection = self.plan.selector.select(state, k)
         seconds = measure.clock(device) - start

@@ -77,6 +77,7 @@ def run_episode(
         evaluate=Evaluator(scene, settings.protocol.lpips, settings.device),
         progress=lambda line: progress(f"{scene.name}, {method.label}, seed {seed}: {line}"),
         device=settings.device,
+        oracle=method.oracle,
     )
     _write(out, *run(plan))
 

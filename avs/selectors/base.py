@@ -11,14 +11,14 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict
 
 from avs.cameras import Cameras
-from avs.representations.base import Renderer
+from avs.representations.base import Renderer, Representation
 from avs.views import Views
 
 
@@ -26,6 +26,19 @@ class Settings(BaseModel):
     """Base of a method's settings: unknown keys are errors, values do not change. Subclass it to add fields."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What is hidden from a method, and shown to an oracle only.
+
+    Attributes:
+        candidates: the photographs that the candidates would give, in the candidates' order.
+        test: the test photographs.
+    """
+
+    candidates: Views
+    test: Views
 
 
 @dataclass(frozen=True)
@@ -39,6 +52,7 @@ class State:
         candidates: cameras of the views that can be captured, in pool order.
         rng: generator for random choices, its state depends on the seed, method, scene and step alone.
         step: number of the selection, from 0.
+        truth: the hidden photographs, for a method whose metadata say ``oracle``; None for all others.
     """
 
     representation: Renderer
@@ -46,6 +60,7 @@ class State:
     candidates: Cameras
     rng: np.random.Generator
     step: int
+    truth: Truth | None = None
 
 
 @dataclass(frozen=True)
@@ -70,6 +85,21 @@ class Selector(Protocol):
         """Return the ``k`` candidates to capture next, 1 <= k <= n, and the score of each of the n candidates.
 
         Ties go to the lowest index.
+        """
+        ...
+
+
+@runtime_checkable
+class PreparesRepresentation(Protocol):
+    """Capability of a selector: it changes how the reconstruction is optimised, as ActiveNeRF does."""
+
+    def prepare(self, representation: Representation) -> None:
+        """Prepare a reconstruction that has just been built and not been fitted yet.
+
+        Add parameters or a loss term through ``avs.representations.base.capability``.
+
+        Raises:
+            UserError: the representation lacks the capability.
         """
         ...
 
@@ -99,6 +129,9 @@ class Method:
         build: makes the selector from its settings and resources.
         settings: the type of its settings.
         scorer: name of the trained scorer whose weights it needs, or None.
+        pretrained: names of the published weights that it needs, entries of the manifest of ``avs.weights``; a run
+            without them leaves the method out and says so in its row.
+        oracle: whether it looks at photographs that are not captured yet, through ``State.truth``.
     """
 
     label: str
@@ -108,6 +141,8 @@ class Method:
     build: Callable[..., Selector]
     settings: type[Settings] = field(default=Settings)
     scorer: str | None = None
+    pretrained: tuple[str, ...] = ()
+    oracle: bool = False
 
 
 def render_candidates(

@@ -7,7 +7,7 @@ from pathlib import Path
 sys.path.insert(0, str(workflow.basedir))
 
 from avs import selectors
-from avs.config import load
+from avs.config import load, protocol_of
 from avs.errors import UserError
 from avs.sources import sources
 
@@ -41,8 +41,13 @@ def section(part):
     stage, _, name = part.partition("/")
     common = settings.model_dump(mode="json")
     if stage == "episode":
-        picked = {key: common[key] for key in ("device", "protocol", "representation")}
-        return picked | {"method": name, "selector": common["selectors"].get(name, {})}
+        return {
+            "device": common["device"],
+            "representation": common["representation"],
+            "protocol": protocol_of(settings, name).model_dump(mode="json"),
+            "method": name,
+            "selector": common["selectors"].get(name, {}),
+        }
     if stage == "renders":
         picked = {key: common[key] for key in ("device", "representation")}
         return picked | {"renders": common["scorers"][name]["renders"]}
