@@ -73,7 +73,7 @@ def capture(source: Path, settings: SettingsFile, out: Out, log: Log = None) -> 
 
 
 @scorer.command()
-def renders(scene: Path, seed: int, settings: SettingsFile, out: Out, log: Log = None) -> None:
+def distortions(scene: Path, seed: int, settings: SettingsFile, out: Out, log: Log = None) -> None:
     """Fit a training scene and keep renderings of it with their SSIM maps."""
     from avs.scorer.renders import RenderJob, make_renders
 

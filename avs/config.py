@@ -19,6 +19,7 @@ from avs.representations.gaussians.settings import GaussianSettings
 from avs.scorer.settings import RenderSettings, ScorerSettings
 
 Pattern = Literal["orbit", "walkthrough", "handheld", "egocentric"]
+ScorerName = Literal["repvit"]
 
 
 class _Section(BaseModel):
@@ -34,14 +35,13 @@ class EmbeddedConfig(_Section):
     capture: EmbeddedSettings = Field(default_factory=EmbeddedSettings, description="how they are captured")
 
 
-class ScorerConfig(_Section):
-    """The cross-reference scorer that the run trains for itself."""
+class DistortionConfig(_Section):
+    """The distorted images that every cross-reference scorer of the run is trained on."""
 
-    pattern: Pattern = Field(default="handheld", description="capture pattern of the scenes that train it")
-    training_seeds: tuple[int, ...] = Field(min_length=1, description="seeds of the scenes that train it")
-    held_out_seeds: tuple[int, ...] = Field(min_length=1, description="seeds of the scenes that only measure it")
-    renders: RenderSettings = Field(default_factory=RenderSettings, description="the distorted images")
-    training: ScorerSettings = Field(default_factory=ScorerSettings, description="network and optimisation")
+    pattern: Pattern = Field(default="handheld", description="capture pattern of the scenes that train scorers")
+    training_seeds: tuple[int, ...] = Field(min_length=1, description="seeds of the scenes that train scorers")
+    held_out_seeds: tuple[int, ...] = Field(min_length=1, description="seeds of the scenes that only measure them")
+    renders: RenderSettings = Field(default_factory=RenderSettings, description="when a scene is rendered")
 
     @model_validator(mode="after")
     def _disjoint(self) -> Self:
@@ -72,17 +72,23 @@ class Config(_Section):
     embedded: EmbeddedConfig = Field(default_factory=EmbeddedConfig, description="the embedded scenes")
     protocol: ProtocolSettings = Field(default_factory=ProtocolSettings, description="the loop")
     representation: GaussianSettings = Field(default_factory=GaussianSettings, description="the reconstruction")
-    scorers: dict[Literal["repvit"], ScorerConfig] = Field(
-        default_factory=dict, description="scorers that the run can train"
+    distortions: DistortionConfig | None = Field(
+        default=None, description="the data that scorers are trained on; null if the run trains none"
+    )
+    scorers: dict[ScorerName, ScorerSettings] = Field(
+        default_factory=dict, description="cross-reference scorers that the run can train; it trains those it needs"
     )
 
     @model_validator(mode="after")
-    def _scorer_scenes_are_not_evaluated(self) -> Self:
-        for name, scorer in self.scorers.items():
-            evaluated = set(self.embedded.scenes.get(scorer.pattern, ()))
-            shared = evaluated & {*scorer.training_seeds, *scorer.held_out_seeds}
-            if shared:
-                raise ValueError(f"{scorer.pattern} seeds {sorted(shared)} train scorer {name} and are evaluated")
+    def _scorers_have_data_of_their_own(self) -> Self:
+        if self.distortions is None:
+            if self.scorers:
+                raise ValueError("scorers need the section distortions, the data to train them on")
+            return self
+        seeds = {*self.distortions.training_seeds, *self.distortions.held_out_seeds}
+        shared = seeds & set(self.embedded.scenes.get(self.distortions.pattern, ()))
+        if shared:
+            raise ValueError(f"{self.distortions.pattern} seeds {sorted(shared)} train scorers and are evaluated")
         return self
 
 

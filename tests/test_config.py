@@ -35,6 +35,7 @@ def test_every_scale_follows_the_schema(path):
         ({"device": "gpu"}, "configuration: device: .*; mend the value"),
         ({"methods": ["randm"]}, "method 'randm': unknown; did you mean random"),
         ({"selectors": {"fisherrf": {"lam": 1}}}, r"selectors\.fisherrf\.lam: .*settings of this method: chain"),
+        ({"distortions": None}, "configuration: .*scorers need the section distortions"),
         ({"scorers": {}}, "method ours-repvit: needs the scorer repvit, which the configuration does not train"),
     ],
 )
@@ -46,9 +47,9 @@ def test_a_fault_is_one_line(change, line):
 
 def test_scenes_that_train_the_scorer_are_never_evaluated():
     changed = values()
-    seed = changed["scorers"]["repvit"]["training_seeds"][0]
+    seed = changed["distortions"]["training_seeds"][0]
     changed["embedded"]["scenes"]["handheld"] = [seed]
-    with pytest.raises(UserError, match=f"handheld seeds .{seed}. train scorer repvit and are evaluated"):
+    with pytest.raises(UserError, match=f"handheld seeds .{seed}. train scorers and are evaluated"):
         load(changed)
 
 

@@ -48,14 +48,11 @@ def section(part):
             "method": name,
             "selector": common["selectors"].get(name, {}),
         }
-    if stage == "renders":
+    if stage == "distortions":
         picked = {key: common[key] for key in ("device", "representation")}
-        return picked | {"renders": common["scorers"][name]["renders"]}
+        return picked | {"renders": common["distortions"]["renders"]}
     if stage == "training":
-        return {
-            "device": common["device"],
-            "scorer": common["scorers"][name]["training"],
-        }
+        return {"device": common["device"], "scorer": common["scorers"][name]}
     if stage == "table":
         return {"methods": common["methods"], "published": published(name)}
     if stage == "figure":

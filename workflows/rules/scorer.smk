@@ -1,49 +1,49 @@
-# Cross-reference scorers: renderings of training scenes with their SSIM maps, then the training.
+# Cross-reference scorers: renderings of training scenes with their SSIM maps, then the training of each scorer on them.
 
 
-def renders(scorer, seeds):
-    """Return the renderings of a scorer's scenes with these seeds."""
-    pattern = settings.scorers[scorer].pattern
-    return [
-        f"{RESULTS}/scorer/{scorer}/renders/{pattern}_{seed}.safetensors"
-        for seed in seeds
-    ]
+def distortions(seeds):
+    """Return the distortion data of the scenes with these seeds; all scorers share them."""
+    return expand(
+        f"{RESULTS}/distortions/{{pattern}}_{{seed}}.safetensors",
+        pattern=settings.distortions.pattern,
+        seed=seeds,
+    )
 
 
-def training_renders(wildcards):
-    return renders(wildcards.scorer, settings.scorers[wildcards.scorer].training_seeds)
+def training_distortions(wildcards):
+    return distortions(settings.distortions.training_seeds)
 
 
-def held_out_renders(wildcards):
-    return renders(wildcards.scorer, settings.scorers[wildcards.scorer].held_out_seeds)
+def held_out_distortions(wildcards):
+    return distortions(settings.distortions.held_out_seeds)
 
 
-rule scorer_renders:
+rule distortions:
     input:
         scene=f"{RESULTS}/scenes/{{pattern}}_{{seed}}/scene.json",
-        settings=f"{RESULTS}/settings/renders/{{scorer}}.json",
+        settings=f"{RESULTS}/settings/distortions.json",
         kernels=ancient(KERNELS),
         code=sources("avs.scorer.renders"),
     output:
-        f"{RESULTS}/scorer/{{scorer}}/renders/{{pattern}}_{{seed}}.safetensors",
+        f"{RESULTS}/distortions/{{pattern}}_{{seed}}.safetensors",
     log:
-        f"{LOGS}/scorer/{{scorer}}/renders/{{pattern}}_{{seed}}.log",
-    priority: 2  # the longest path of the workflow goes through the scorer
+        f"{LOGS}/distortions/{{pattern}}_{{seed}}.log",
+    priority: 2  # the longest path of the workflow goes through the scorers
     resources:
         gpu=int(settings.device == "cuda"),
     params:
         folder=subpath(input.scene, parent=True),
     message:
-        "renderings of {wildcards.pattern}_{wildcards.seed} for the scorer {wildcards.scorer}"
+        "renderings of {wildcards.pattern}_{wildcards.seed} while it is reconstructed"
     shell:
-        "{AVS} scorer renders {params.folder} {wildcards.seed} --settings {input.settings}"
+        "{AVS} scorer distortions {params.folder} {wildcards.seed} --settings {input.settings}"
         " --out {output} --log {log}"
 
 
 rule scorer_train:
     input:
-        training=training_renders,
-        held_out=held_out_renders,
+        training=training_distortions,
+        held_out=held_out_distortions,
         settings=f"{RESULTS}/settings/training/{{scorer}}.json",
         code=sources("avs.scorer.training"),
     output:
