@@ -37,7 +37,7 @@ def table_csv(table: Table) -> str:
                     "; ".join(_notes(table, row, entry, metric)),
                 )
             )
-    return _csv(COLUMNS, rows)
+    return csv_text(COLUMNS, rows)
 
 
 def scenes_csv(table: Table) -> str:
@@ -49,7 +49,7 @@ def scenes_csv(table: Table) -> str:
                 value = scene_value(table.episodes, row.method, scene, seed, metric.identifier)
                 images = len(episode.curve[-1].images)
                 rows.append((row.method, metric.identifier, scene, seed, images, _number(value, metric)))
-    return _csv(SCENE_COLUMNS, rows)
+    return csv_text(SCENE_COLUMNS, rows)
 
 
 def _notes(table: Table, row: Row, entry: Entry, metric: Metric) -> list[str]:
@@ -70,7 +70,8 @@ def _number(value: float | None, metric: Metric) -> str:
     return "" if value is None else f"{value:.{metric.decimals + _EXTRA_DECIMALS}f}"
 
 
-def _csv(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+def csv_text(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """Return a header and rows as csv with line feeds."""
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(header)

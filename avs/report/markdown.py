@@ -38,7 +38,7 @@ def _main(table: Table) -> str:
             for metric in table.metrics:
                 cells += _cells(table, row, metric, ranked[metric.identifier].get(row.method))
             lines.append(cells)
-    return _pipe(lines)
+    return pipe(lines)
 
 
 def _cells(table: Table, row: Row, metric: Metric, rank: int | None) -> list[str]:
@@ -47,7 +47,7 @@ def _cells(table: Table, row: Row, metric: Metric, rank: int | None) -> list[str
     cells = [_MARKS[rank].format(value) if rank else value]
     if table.has_published:
         cells.append(entry.published or _DASH)
-        cells.append(_DASH if entry.difference is None else _minus(signed(entry.difference, metric)))
+        cells.append(_DASH if entry.difference is None else minus(signed(entry.difference, metric)))
     return cells
 
 
@@ -57,8 +57,8 @@ def _comparison(table: Table) -> str:
         for row in rows:
             if row is not table.reference:
                 texts = [against(row.entries[metric.identifier], metric) for metric in table.metrics]
-                lines.append([row.label, *(_DASH if text is None else _minus(text) for text in texts)])
-    return _pipe(lines)
+                lines.append([row.label, *(_DASH if text is None else minus(text) for text in texts)])
+    return pipe(lines)
 
 
 def _title(metric: Metric) -> str:
@@ -66,9 +66,11 @@ def _title(metric: Metric) -> str:
     return f"{metric.name} {arrow}" + (f" ({metric.unit})" if metric.unit else "")
 
 
-def _minus(text: str) -> str:
+def minus(text: str) -> str:
+    """Return ``text`` with typographic minus signs."""
     return text.replace("-", "−")  # noqa: RUF001 (the typographic minus)
 
 
-def _pipe(lines: Sequence[Sequence[str]]) -> str:
+def pipe(lines: Sequence[Sequence[str]]) -> str:
+    """Return a table from its header, its alignments and its rows."""
     return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
