@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -12,12 +12,14 @@ from avs import measure
 from avs.cameras import IndexArray
 from avs.errors import UserError
 from avs.evaluation import Evaluator
+from avs.photographs import Photographs
 from avs.protocol import ProtocolSettings
-from avs.record import CurvePoint, Episode, EpisodeMeta, Step, StepTimes
+from avs.record import CurvePoint, Episode, EpisodeMeta, Step, StepTimes, StepTruth
 from avs.representations.base import Representation
 from avs.sampling import initial_views
 from avs.scene import Scene
-from avs.selectors.base import PreparesRepresentation, Selection, Selector, State, Truth
+from avs.selectors.base import PreparesRepresentation, Selection, Selector, State, Truth, check_selection
+from avs.truth import is_measured, measure_truth
 from avs.views import Views
 
 Builder = Callable[[IndexArray], Representation]
@@ -139,7 +141,8 @@ class _Loop:
         self.budget, self.notes = capped_budget(protocol, len(pool), scene.name)
         initial = pool[initial_views(scene.cameras[pool].centers, protocol.initial_views, protocol.initial_start)]
         self.captured: list[int] = initial.tolist()
-        self.views: Views = scene.views(initial)
+        self.photographs = Photographs(scene)
+        self.views: Views = self.photographs.views(initial)
         self.representation = self.build()
 
     def build(self) -> Representation:
@@ -185,16 +188,18 @@ class _Loop:
 
     def select(self, step: int, fit_seconds: float) -> None:
         """Let the method choose, and capture its choice."""
-        scene, identity, device = self.plan.scene, self.plan.identity, self.plan.device
-        candidates = np.setdiff1d(scene.pool, self.captured)
+        device = self.plan.device
+        candidates = np.setdiff1d(self.plan.scene.pool, self.captured)
         k = min(self.plan.protocol.views_per_step, self.budget - len(self.captured))
-        rng = np.random.default_rng(seed_of("selection", scene.name, identity.method, identity.seed, step))
-        truth = Truth(scene.views(candidates), scene.views(scene.test)) if self.plan.oracle else None
-        state = State(self.representation, self.views, scene.cameras[candidates], rng, step, truth)
+        state = self.state(step, candidates)
         start = measure.clock(device)
         selection = self.plan.selector.select(state, k)
         seconds = measure.clock(device) - start
-        _check(selection, len(candidates), k, identity.method)
+        check_selection(selection, len(candidates), k, self.plan.identity.method)
+        peak_memory = measure.peak_memory(device)
+        start = measure.clock(device)
+        measured = self.measure_truth(state, candidates)
+        truth_seconds = measure.clock(device) - start
         chosen = candidates[selection.indices]
         self.steps.append(
             Step(
@@ -202,8 +207,9 @@ class _Loop:
                 iteration=self.iteration,
                 primitives=self.representation.primitives,
                 candidates=self.names(candidates),
-                scores=None if selection.scores is None else selection.scores.tolist(),
+                scores=_recorded_scores(selection),
                 chosen=self.names(chosen),
+                truth=measured,
             )
         )
         self.times.append(
@@ -212,12 +218,32 @@ class _Loop:
                 score_seconds=seconds - selection.render_seconds,
                 total_seconds=seconds,
                 fit_seconds=fit_seconds,
-                peak_memory_bytes=measure.peak_memory(device),
+                truth_seconds=truth_seconds,
+                peak_memory_bytes=peak_memory,
             )
         )
-        self.views = self.views.extended(scene.views(chosen))
+        self.views = self.views.extended(self.photographs.views(chosen))
         self.captured.extend(chosen.tolist())
         self.report(step, seconds)
+
+    def state(self, step: int, candidates: IndexArray) -> State:
+        """Return what the method may see."""
+        scene, identity = self.plan.scene, self.plan.identity
+        rng = np.random.default_rng(seed_of("selection", scene.name, identity.method, identity.seed, step))
+        truth = self.hidden(candidates) if self.plan.oracle else None
+        return State(self.representation, self.views, scene.cameras[candidates], rng, step, truth)
+
+    def hidden(self, candidates: IndexArray) -> Truth:
+        """Return what an oracle may see."""
+        return Truth(self.photographs.views(candidates), self.photographs.views(self.plan.scene.test))
+
+    def measure_truth(self, state: State, candidates: IndexArray) -> StepTruth | None:
+        """Measure what the protocol asks for; the sample does not depend on the method, so that a replay repeats it."""
+        settings, scene, seed = self.plan.protocol.truth, self.plan.scene, self.plan.identity.seed
+        if not is_measured(settings, state.step):
+            return None
+        rng = np.random.default_rng(seed_of("truth", scene.name, seed, state.step))
+        return measure_truth(replace(state, truth=self.hidden(candidates)), settings, rng)
 
     def report(self, step: int, seconds: float) -> None:
         """Tell one line about the selection just made."""
@@ -258,16 +284,9 @@ class _Loop:
         )
 
 
-def _check(selection: Selection, candidates: int, k: int, method: str) -> None:
-    """Refuse a selection that breaks the contract; a plug-in's author needs to know at once.
-
-    Raises:
-        ValueError: wrong number of indices or scores, an index out of range or repeated, or a score not finite.
-    """
-    indices = selection.indices
-    if len(indices) != k or len(set(indices.tolist())) != k or not ((indices >= 0) & (indices < candidates)).all():
-        raise ValueError(f"{method} returned indices {indices}, expected {k} different ones of {candidates}")
-    if selection.scores is None:
-        return
-    if selection.scores.shape != (candidates,) or not np.isfinite(selection.scores).all():
-        raise ValueError(f"{method} returned scores that are not {candidates} finite numbers")
+def _recorded_scores(selection: Selection) -> list[float | None] | None:
+    """Return the scores, None for candidates that were not scored."""
+    if selection.scores is None or selection.scored is None:
+        return None if selection.scores is None else selection.scores.tolist()
+    pairs = zip(selection.scores.tolist(), selection.scored.tolist(), strict=True)
+    return [score if scored else None for score, scored in pairs]

@@ -41,6 +41,19 @@ class CurvePoint(_Record):
     images: list[ImageMetrics] = Field(description="one entry per test image, by name")
 
 
+class StepTruth(_Record):
+    """What the hidden photographs say of the candidates of one selection, in their order; no method sees it."""
+
+    psnr: list[float] | None = Field(
+        description="decibels, each candidate's current rendering against its photograph; null if not measured"
+    )
+    ssim: list[float] | None = Field(description="structural similarity of the same pairs")
+    gain: list[float | None] | None = Field(
+        description="decibels by which the mean test PSNR is higher if a copy of the reconstruction is fitted with the "
+        "candidate than without it; null for candidates that are not in the sample, and for all if not measured"
+    )
+
+
 class Step(_Record):
     """One selection."""
 
@@ -48,8 +61,11 @@ class Step(_Record):
     iteration: int = Field(description="optimisation steps done before the selection")
     primitives: int = Field(description="number of Gaussians")
     candidates: list[str] = Field(description="image names of the candidates, in pool order")
-    scores: list[float] | None = Field(description="one score per candidate; null in a replay")
+    scores: list[float | None] | None = Field(
+        description="one score per candidate, null for those that a method of samples left out; null in a replay"
+    )
     chosen: list[str] = Field(description="image names, in order of preference")
+    truth: StepTruth | None = Field(default=None, description="null where it was not measured (see protocol.truth)")
 
 
 class Episode(_Record):
@@ -84,6 +100,7 @@ class StepTimes(_Record):
     score_seconds: float = Field(description="selection time without rendering")
     total_seconds: float
     fit_seconds: float = Field(description="optimisation before the selection")
+    truth_seconds: float = Field(default=0.0, description="measuring the truth after the selection, no part of it")
     peak_memory_bytes: int = Field(
         description="peak resident memory of the process so far; on CUDA the allocator's peak"
     )

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from avs.cameras import Cameras, concatenate
+from avs.cameras import Cameras, IndexArray, concatenate
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,10 @@ class Views:
     def __len__(self) -> int:
         """Return the number of views."""
         return len(self.images)
+
+    def __getitem__(self, rows: Sequence[int] | IndexArray) -> Views:
+        """Return the views at ``rows``, in that order."""
+        return Views(self.cameras[rows], tuple(self.images[row] for row in rows))
 
     def extended(self, other: Views) -> Views:
         """Return these views followed by ``other``."""

@@ -68,6 +68,18 @@ class Representation(Renderer, Protocol):
 
 
 @runtime_checkable
+class Copyable(Protocol):
+    """Capability ``copy``."""
+
+    def copy(self) -> Representation:
+        """Return a copy that goes on exactly as this one would: parameters, optimiser, counters, generator.
+
+        Nothing done to one of the two changes the other.
+        """
+        ...
+
+
+@runtime_checkable
 class HasFisherDiagonal(Protocol):
     """Capability ``fisher_diagonal``."""
 

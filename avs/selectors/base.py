@@ -21,6 +21,9 @@ from avs.cameras import Cameras
 from avs.representations.base import Renderer, Representation
 from avs.views import Views
 
+ORACLE = "Oracle"
+"""Row group of the methods that look at hidden photographs: upper references, which no method is ranked against."""
+
 
 class Settings(BaseModel):
     """Base of a method's settings: unknown keys are errors, values do not change. Subclass it to add fields."""
@@ -71,11 +74,14 @@ class Selection:
         indices: ``[k]`` int64 rows of ``State.candidates``, in order of preference, without repetition.
         scores: ``[n]`` float64, one finite score per candidate; None in a replay, which does not score.
         render_seconds: time spent in rendering candidates.
+        scored: ``[n]`` bool, for a method that scores some of the candidates only, and chooses among them: which ones.
+            The scores of the others are not read. None means all of them.
     """
 
     indices: npt.NDArray[np.int64]
     scores: npt.NDArray[np.float64] | None
     render_seconds: float = 0.0
+    scored: npt.NDArray[np.bool_] | None = None
 
 
 class Selector(Protocol):
@@ -123,7 +129,7 @@ class Method:
 
     Attributes:
         label: the name printed in tables.
-        group: row group in the paper's Table 1: ``Geometric``, ``3D-based`` or ``2D-based``.
+        group: row group in the paper's Table 1: ``Geometric``, ``3D-based`` or ``2D-based``; or ``ORACLE``.
         source: the publication or code that defines the method, and every deviation from it, in one or two sentences.
         higher_is_worse: whether the candidate with the largest score is chosen (True) or with the smallest (False).
         build: makes the selector from its settings and resources.
@@ -172,3 +178,29 @@ def choose(scores: npt.NDArray[np.float64], k: int, higher_is_worse: bool) -> np
     if not 1 <= k <= len(scores):
         raise ValueError(f"cannot choose {k} of {len(scores)} candidates")
     return np.argsort(-scores if higher_is_worse else scores, kind="stable")[:k]
+
+
+def check_selection(selection: Selection, candidates: int, k: int, method: str) -> None:
+    """Refuse a selection that breaks the contract; a plug-in's author needs to know at once.
+
+    Args:
+        selection: what a selector returned.
+        candidates: how many it could choose from.
+        k: how many it had to choose.
+        method: its name, for the message.
+
+    Raises:
+        ValueError: wrong number of indices or scores, an index out of range or repeated, a score not finite, or a
+            candidate chosen that was not scored.
+    """
+    indices = selection.indices
+    if len(indices) != k or len(set(indices.tolist())) != k or not ((indices >= 0) & (indices < candidates)).all():
+        raise ValueError(f"{method} returned indices {indices}, expected {k} different ones of {candidates}")
+    if selection.scores is None:
+        return
+    scored = np.ones(candidates, dtype=bool) if selection.scored is None else selection.scored
+    shapes = {selection.scores.shape, scored.shape}
+    if shapes != {(candidates,)} or not np.isfinite(selection.scores[scored]).all():
+        raise ValueError(f"{method} returned scores that are not {candidates} finite numbers")
+    if not scored[indices].all():
+        raise ValueError(f"{method} chose a candidate that it did not score")

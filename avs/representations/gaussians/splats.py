@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Literal
@@ -131,6 +132,11 @@ class GaussianSplats:
         return Rendering(
             rgb=image[..., :3].clamp(0, 1).contiguous().numpy(), depth=depth.numpy(), alpha=alpha.clamp(0, 1).numpy()
         )
+
+    def copy(self) -> GaussianSplats:
+        """Return an independent copy that goes on with the same bits; photographs, which never change, are shared."""
+        shared = {id(part): part for pair in self._targets for part in pair}
+        return copy.deepcopy(self, dict(shared))
 
     def fisher_diagonal(self, cameras: Cameras, chain: str) -> Iterator[npt.NDArray[np.float32]]:
         """Yield the diagonal Fisher information of one camera after another: see ``information.parameter_fisher``."""

@@ -1,0 +1,72 @@
+"""Rank correlation: does a score order the candidates as the truth does?"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import stats
+
+FloatArray = npt.NDArray[np.float64]
+
+FEWEST = 3
+"""Candidates needed: the rank correlation of two is 1 or -1, whatever they are."""
+
+
+@dataclass(frozen=True)
+class Correlation:
+    """A rank correlation, or why there is none.
+
+    Attributes:
+        value: in -1..1; None where it is undefined.
+        reason: why it is undefined, or None.
+    """
+
+    value: float | None
+    reason: str | None = None
+
+
+def spearman(first: npt.ArrayLike, second: npt.ArrayLike) -> Correlation:
+    """Return Spearman's rho: Pearson's correlation of the ranks, where ties have the mean of the ranks they share.
+
+    Args:
+        first: ``[n]`` finite numbers.
+        second: ``[n]`` finite numbers, of the same candidates.
+
+    Raises:
+        ValueError: the shapes differ, or a number is not finite.
+    """
+    pair = _checked(first, second)
+    reason = _undefined(*pair)
+    return Correlation(None, reason) if reason else Correlation(float(stats.spearmanr(*pair).statistic))
+
+
+def kendall(first: npt.ArrayLike, second: npt.ArrayLike) -> Correlation:
+    """Return Kendall's tau-b: concordant minus discordant pairs, over the geometric mean of the pairs without ties.
+
+    Args:
+        first: ``[n]`` finite numbers.
+        second: ``[n]`` finite numbers, of the same candidates.
+
+    Raises:
+        ValueError: the shapes differ, or a number is not finite.
+    """
+    pair = _checked(first, second)
+    reason = _undefined(*pair)
+    return Correlation(None, reason) if reason else Correlation(float(stats.kendalltau(*pair).statistic))
+
+
+def _checked(first: npt.ArrayLike, second: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
+    one, other = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
+    if one.ndim != 1 or one.shape != other.shape or not (np.isfinite(one).all() and np.isfinite(other).all()):
+        raise ValueError(f"shapes {one.shape} and {other.shape}: both must be [n] finite numbers")
+    return one, other
+
+
+def _undefined(first: FloatArray, second: FloatArray) -> str | None:
+    if len(first) < FEWEST:
+        return f"fewer than {FEWEST} candidates"
+    if np.ptp(first) == 0.0 or np.ptp(second) == 0.0:
+        return "all values are equal"
+    return None
