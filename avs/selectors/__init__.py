@@ -12,6 +12,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from avs import weights
 from avs.errors import UserError
 from avs.selectors.base import Method, Settings
 
@@ -58,6 +59,17 @@ def find(identifier: str) -> Registered:
         near = difflib.get_close_matches(identifier, known, n=3) or sorted(known)
         raise UserError(f"method {identifier!r}", "unknown", f"did you mean {', '.join(near)}?")
     return known[identifier]
+
+
+def unavailable(identifier: str) -> str | None:
+    """Return why a method cannot run on this machine, with the command that helps, or None.
+
+    The reason is that published weights which it needs are absent; neither the network nor torch is used to find out.
+
+    Raises:
+        UserError: the method is unknown.
+    """
+    return weights.missing(find(identifier).method.pretrained)
 
 
 def create_settings(identifier: str, values: dict[str, Any]) -> Settings:
