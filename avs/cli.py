@@ -18,7 +18,9 @@ HELP = "Active view selection. One command per step of the workflow; every path 
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False, help=HELP)
 scorer = typer.Typer(no_args_is_help=True, help="Train the cross-reference scorer.")
+weights = typer.Typer(no_args_is_help=True, help="Pretrained weights from elsewhere: list, fetch, check.")
 app.add_typer(scorer, name="scorer")
+app.add_typer(weights, name="weights")
 
 Device = Literal["cpu", "cuda"]
 Log = Annotated[Path | None, typer.Option(help="file for everything that is printed")]
@@ -168,6 +170,36 @@ def schemas(out: Path = Path("workflows/schemas")) -> None:
 
     with job(None):
         write_schemas(out)
+
+
+@weights.command("list")
+def list_weights() -> None:
+    """List the pretrained weights: whence, how large, whose licence, used by which method, whether they are here."""
+    from avs.weights.inventory import listing
+
+    with job(None):
+        print("\n".join(listing()))
+
+
+@weights.command("fetch")
+def fetch_weights(names: Annotated[list[str], typer.Argument(help="names that `avs weights list` shows")]) -> None:
+    """Download pretrained weights into the cache folder and verify them; the only command that uses the network."""
+    from avs.weights.download import fetch
+
+    with job(None):
+        for name in names:
+            fetch(name, print)
+
+
+@weights.command("check")
+def check_weights(
+    names: Annotated[list[str] | None, typer.Argument(help="weights that must be here; default: all that are")] = None,
+) -> None:
+    """Compare the weights on this machine with the manifest, and read them; exit status 2 if one is bad."""
+    from avs.weights.inventory import check
+
+    with job(None):
+        check(names or [], print)
 
 
 @app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
