@@ -16,6 +16,11 @@ include: "workflows/rules/nvs.smk"
 include: "workflows/rules/report.smk"
 
 
+for baseline in BASELINES:
+
+    include: str(baseline)
+
+
 localrules:
     tables,
     figures,

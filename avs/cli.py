@@ -111,6 +111,7 @@ def episode(
     settings: SettingsFile,
     out: Out,
     weights: Annotated[Path | None, typer.Option(help="checkpoint of the scorer that the method needs")] = None,
+    views: Annotated[Path | None, typer.Option(help="views.json of a method that is a program of its own")] = None,
     log: Log = None,
 ) -> None:
     """Run one episode: one method on one scene with one seed."""
@@ -119,7 +120,7 @@ def episode(
     with job(log) as console:
         limit_threads()
         checked = EpisodeSettings.model_validate(_read(settings))
-        run_episode(scene, checked, seed, weights, out, console.progress)
+        run_episode(scene, checked, seed, weights, out, console.progress, views)
 
 
 @app.command()
@@ -146,7 +147,7 @@ def table(
     with job(log):
         values = _read(settings)
         published = None if values["published"] is None else Path(values["published"])
-        write_nvs_table(episodes, values["methods"], dataset, published, out)
+        write_nvs_table(episodes, values["methods"], dataset, published, out, values["absent"])
 
 
 @app.command()

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Collection
 from typing import Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
@@ -16,10 +17,10 @@ from avs.datasets.settings import CaptureSettings
 from avs.errors import UserError
 from avs.protocol import ProtocolSettings
 from avs.representations.gaussians.settings import GaussianSettings
-from avs.scorer.settings import RenderSettings, ScorerSettings
+from avs.scorer.settings import BACKBONE_OF, RenderSettings, ScorerSettings
 
 Pattern = Literal["orbit", "walkthrough", "handheld", "egocentric"]
-ScorerName = Literal["repvit"]
+ScorerName = Literal["repvit", "dinov2"]
 
 
 class _Section(BaseModel):
@@ -80,6 +81,13 @@ class Config(_Section):
     )
 
     @model_validator(mode="after")
+    def _scorers_are_what_they_are_called(self) -> Self:
+        for name, scorer in self.scorers.items():
+            if scorer.network.backbone != BACKBONE_OF[name]:
+                raise ValueError(f"scorers.{name}.network.backbone must be {BACKBONE_OF[name]}")
+        return self
+
+    @model_validator(mode="after")
     def _scorers_have_data_of_their_own(self) -> Self:
         if self.distortions is None:
             if self.scorers:
@@ -92,8 +100,12 @@ class Config(_Section):
         return self
 
 
-def load(values: dict[str, Any]) -> Config:
+def load(values: dict[str, Any], programs: Collection[str] = ()) -> Config:
     """Check configuration values, as Snakemake reads them, and return them typed.
+
+    Args:
+        values: the configuration.
+        programs: identifiers of methods that are rules of the workflow; their settings are theirs to check.
 
     Raises:
         UserError: a key is unknown (the line names the nearest one), a value does not fit, a method is unknown or lacks
@@ -103,10 +115,13 @@ def load(values: dict[str, Any]) -> Config:
         config = Config.model_validate(values)
     except ValidationError as error:
         raise _readable(error) from None
+    for identifier in programs:
+        if identifier in selectors.methods():
+            fault = f"is a method of {selectors.find(identifier).module} and a program as well"
+            raise UserError(f"method {identifier}", fault, f"rename workflows/baselines/{identifier}.smk")
     for identifier in config.protocols:
-        selectors.find(identifier)
         protocol_of(config, identifier)
-    for identifier in {*config.methods, *config.selectors}:
+    for identifier in {*config.methods, *config.selectors, *config.protocols} - {*programs}:
         method = selectors.find(identifier).method
         if method.scorer is not None and method.scorer not in config.scorers:
             fault = f"needs the scorer {method.scorer}, which the configuration does not train"

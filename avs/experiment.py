@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from avs import selectors
@@ -14,6 +13,7 @@ from avs.episode import Builder, Identity, Plan, Progress, run, seed_of
 from avs.errors import UserError
 from avs.evaluation import Evaluator
 from avs.files import file_hash
+from avs.listed import ListedViews, read_views
 from avs.protocol import ProtocolSettings
 from avs.record import Episode, read_record, write_record
 from avs.representations.base import Representation
@@ -21,7 +21,7 @@ from avs.representations.gaussians.ply import write_ply
 from avs.representations.gaussians.settings import GaussianSettings
 from avs.representations.gaussians.splats import GaussianSplats, build
 from avs.scene import Scene, read_scene
-from avs.selectors.base import Resources, Selection, State
+from avs.selectors.base import Method, Resources, Settings
 
 
 class EpisodeSettings(BaseModel):
@@ -37,7 +37,13 @@ class EpisodeSettings(BaseModel):
 
 
 def run_episode(
-    scene_folder: Path, settings: EpisodeSettings, seed: int, weights: Path | None, out: Path, progress: Progress
+    scene_folder: Path,
+    settings: EpisodeSettings,
+    seed: int,
+    weights: Path | None,
+    out: Path,
+    progress: Progress,
+    views: Path | None = None,
 ) -> None:
     """Run one episode and write ``episode.json``, ``episode.meta.json`` and ``splats.ply`` to the folder ``out``.
 
@@ -48,16 +54,18 @@ def run_episode(
         weights: checkpoint of the scorer that the method names, or None.
         out: folder of the results.
         progress: is told one line about each step.
+        views: the choice of a method that is a program of its own (``avs.listed.ViewList``), or None.
 
     Raises:
         UserError: see ``avs.episode.run``; or the device or the weights are not there.
     """
     check_device(settings.device)
-    method = selectors.find(settings.method).method
+    scene = read_scene(scene_folder)
+    method = selectors.find(settings.method).method if views is None else _program(settings, scene, views)
     if method.scorer is not None and weights is None:
         raise UserError(settings.method, f"needs the weights of the scorer {method.scorer}", "pass --weights")
-    selector_settings = selectors.create_settings(settings.method, settings.selector)
-    scene = read_scene(scene_folder)
+    # A program reads its settings by itself; they are recorded as they are.
+    checked = selectors.create_settings(settings.method, settings.selector) if views is None else Settings()
     identity = Identity(
         method=settings.method,
         label=method.label,
@@ -65,14 +73,14 @@ def run_episode(
         higher_is_worse=method.higher_is_worse,
         seed=seed,
         representation=settings.representation.model_dump(mode="json"),
-        selector=selector_settings.model_dump(mode="json"),
+        selector=settings.selector if views is not None else checked.model_dump(mode="json"),
         weights_hash=None if weights is None else file_hash(weights),
     )
     plan = Plan(
         scene=scene,
         protocol=settings.protocol,
         identity=identity,
-        selector=method.build(selector_settings, Resources(weights, settings.device)),
+        selector=method.build(checked, Resources(weights, settings.device)),
         build=_builder(scene, settings.representation, seed, settings.device),
         evaluate=Evaluator(scene, settings.protocol.lpips, settings.device),
         progress=lambda line: progress(f"{scene.name}, {method.label}, seed {seed}: {line}"),
@@ -116,13 +124,25 @@ def replay_episode(
             representation=recorded.representation,
             selector={},
         ),
-        selector=_Replay(scene, recorded, episode),
+        selector=ListedViews(scene, recorded.initial, recorded.selected, episode),
         build=_builder(scene, settings, recorded.seed, device),
         evaluate=Evaluator(scene, protocol.lpips, device),
         progress=lambda line: progress(f"{scene.name}, replay: {line}"),
         device=device,
     )
     _write(out, *run(plan))
+
+
+def _program(settings: EpisodeSettings, scene: Scene, views: Path) -> Method:
+    """Return the method that follows the list of views which a program wrote."""
+    listed, selector = read_views(views, scene, settings.protocol)
+    return Method(
+        label=listed.label,
+        group=listed.group,
+        source=f"The program that wrote {views.name}.",
+        higher_is_worse=False,
+        build=lambda settings, resources: selector,
+    )
 
 
 def check_device(device: str) -> None:
@@ -152,28 +172,3 @@ def _write(out: Path, record: Episode, meta: BaseModel, representation: Represen
         write_ply(out / "splats.ply", representation.parameters)
     write_record(out / "episode.meta.json", meta)
     write_record(out / "episode.json", record)
-
-
-class _Replay:
-    """Selects the views that a record lists, step by step."""
-
-    def __init__(self, scene: Scene, recorded: Episode, source: Path) -> None:
-        self._candidates = [scene.names[index] for index in scene.pool if scene.names[index] not in recorded.initial]
-        self._waiting = list(recorded.selected)
-        self._source = source
-
-    def select(self, state: State, k: int) -> Selection:
-        """Return the next ``k`` listed views."""
-        names, self._waiting = self._waiting[:k], self._waiting[k:]
-        if len(names) < k:
-            raise UserError(
-                self._source, f"lists too few views at step {state.step}", "list as many as the budget asks"
-            )
-        unknown = [name for name in names if name not in self._candidates]
-        if unknown:
-            raise UserError(
-                self._source, f"{unknown[0]} is not a candidate at step {state.step}", "mend the list of views"
-            )
-        rows = np.array([self._candidates.index(name) for name in names], dtype=np.int64)
-        self._candidates = [name for name in self._candidates if name not in names]
-        return Selection(rows, None)

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from avs.record import Episode
 from avs.report.collect import Cell, Episodes, image_mean
+from avs.selectors.base import ORACLE
 from metrics.statistics import paired_bootstrap
 
 CONFIDENCE = 0.95
@@ -24,7 +25,8 @@ class Curve:
         label: printed name.
         views: ``[n]`` numbers of captured views, ascending.
         mean: ``[n]`` decibels, mean over seeds and scenes.
-        difference: ``[n]`` decibels, mean difference to the mean of the methods in the same scene with the same seed.
+        difference: ``[n]`` decibels, mean difference to the mean of the methods in the same scene with the same seed;
+            oracles are no part of that mean.
         low: ``[n]`` lower end of the bootstrap interval of ``difference``; None with one scene and one seed.
         high: ``[n]`` its upper end, or None.
     """
@@ -77,18 +79,28 @@ def _panel(episodes: Episodes, budget: int) -> Panel | None:
     title = f"{episodes.dataset}: {names}, {len(seeds)} seed{'s' if len(seeds) > 1 else ''}"
     psnr = {method: {cell: _psnr_by_views(of_method[cell]) for cell in shared} for method, of_method in cells.items()}
     labels = {method: next(iter(of_method.values())).label for method, of_method in cells.items()}
-    return Panel(title, [_curve(method, labels[method], psnr, shared) for method in cells])
+    ranked = {method: psnr[method] for method, of_method in cells.items() if of_method[shared[0]].group != ORACLE}
+    reference = list((ranked or psnr).values())
+    return Panel(title, [_curve(method, labels[method], psnr[method], reference, shared) for method in cells])
 
 
-def _curve(method: str, label: str, psnr: dict[str, dict[Cell, dict[int, float]]], cells: list[Cell]) -> Curve:
-    own = psnr[method]
-    views = sorted(set.intersection(*(set(own[cell]) for cell in cells)))
+def _curve(
+    method: str,
+    label: str,
+    own: dict[Cell, dict[int, float]],
+    methods: list[dict[Cell, dict[int, float]]],
+    cells: list[Cell],
+) -> Curve:
+    # An oracle may be measured at numbers of views at which no method is.
+    views = sorted(
+        set.intersection(*(own[cell].keys() & {n for of_method in methods for n in of_method[cell]} for cell in cells))
+    )
     scenes = sorted({scene for scene, _ in cells})
     mean, difference, bands = [], [], []
     for number in views:
         # Methods that add several views at once lack some numbers of views.
         reference = {
-            cell: np.mean([of_method[cell][number] for of_method in psnr.values() if number in of_method[cell]])
+            cell: np.mean([of_method[cell][number] for of_method in methods if number in of_method[cell]])
             for cell in cells
         }
         by_scene = [[own[cell][number] for cell in cells if cell[0] == scene] for scene in scenes]

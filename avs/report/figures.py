@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 # print without colour. The paper's own methods are solid, thicker and in front.
 _OWN = "ours-"
 _OWN_COLOURS = ("#D55E00", "#000000")
+# Upper references: grey dots.
+_ORACLE = "oracle-"
+_ORACLE_COLOURS = ("#999999", "#555555", "#BBBBBB")
 _OTHER_COLOURS = ("#0072B2", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#777777")
 _DASHES = ((0, (5, 1.5)), (0, (1, 1.2)), (0, (4, 1.2, 1, 1.2)), (0, (8, 2)), (0, (3, 1, 1, 1, 1, 1)))
 
@@ -140,11 +143,15 @@ def _legend(figure: Figure, entries: Sequence[tuple[str, dict[str, Any]]]) -> No
 def _styles(methods: Sequence[str]) -> dict[str, dict[str, Any]]:
     """Return the line style of each method, fixed by its place in ``methods``."""
     own = [method for method in methods if method.startswith(_OWN)]
-    others = [method for method in methods if not method.startswith(_OWN)]
+    oracles = [method for method in methods if method.startswith(_ORACLE)]
+    others = [method for method in methods if not method.startswith((_OWN, _ORACLE))]
     styles: dict[str, dict[str, Any]] = {}
     for index, method in enumerate(own):
         colour = _OWN_COLOURS[index % len(_OWN_COLOURS)]
         styles[method] = {"color": colour, "linestyle": "-", "linewidth": 2.0, "zorder": 5}
+    for index, method in enumerate(oracles):
+        colour = _ORACLE_COLOURS[index % len(_ORACLE_COLOURS)]
+        styles[method] = {"color": colour, "linestyle": ":", "linewidth": 1.4, "zorder": 2}
     for index, method in enumerate(others):
         # After one round the colours meet other dashes, because there is one colour more than dashes.
         colour, dashes = _OTHER_COLOURS[index % len(_OTHER_COLOURS)], _DASHES[index % len(_DASHES)]

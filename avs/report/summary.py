@@ -76,7 +76,11 @@ class Table:
 
 
 def summarise_table(
-    episodes: Episodes, methods: Sequence[str], published: Mapping[tuple[str, str], str] | None, reference: str
+    episodes: Episodes,
+    methods: Sequence[str],
+    published: Mapping[tuple[str, str], str] | None,
+    reference: str,
+    absent: Mapping[str, str],
 ) -> Table:
     """Compute every entry.
 
@@ -85,13 +89,14 @@ def summarise_table(
         methods: identifiers of the rows, in order; those without episodes keep their row, with the reason.
         published: the paper's values by (method, metric), or None.
         reference: identifier of the method that the others are compared with.
+        absent: why a method could not run, by identifier.
     """
     metrics = [METRICS[identifier] for identifier in COLUMNS]
     rows = []
     for method in methods:
         label, group = _printed(episodes, method)
         entries = {
-            metric.identifier: _entry(episodes, method, metric.identifier, published or {}, reference)
+            metric.identifier: _entry(episodes, method, metric.identifier, published or {}, reference, absent)
             for metric in metrics
         }
         rows.append(Row(method, label, group, entries))
@@ -105,12 +110,19 @@ def scene_value(episodes: Episodes, method: str, scene: str, seed: int, metric: 
 
 
 def _entry(
-    episodes: Episodes, method: str, metric: str, published: Mapping[tuple[str, str], str], reference: str
+    episodes: Episodes,
+    method: str,
+    metric: str,
+    published: Mapping[tuple[str, str], str],
+    reference: str,
+    absent: Mapping[str, str],
 ) -> Entry:
     printed = published.get((method, metric))
     seeds = episodes.complete_seeds(method)
     reason = _missing(episodes, method, metric, seeds)
     if reason is not None:
+        if method not in episodes.cells:
+            reason = absent.get(method, reason)
         return Entry(None, None, 0, 0, printed, missing=reason)
     summary = summarise([_scene_values(episodes, method, seed, metric) for seed in seeds])
     against = None if method == reference else _against(episodes, method, reference, metric)

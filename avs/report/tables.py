@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from avs.errors import UserError
@@ -24,6 +24,7 @@ def write_nvs_table(
     dataset: str,
     published: Path | None,
     out: Path,
+    absent: Mapping[str, str] | None = None,
     reference: str = REFERENCE,
 ) -> None:
     """Write ``out`` with the suffixes ``.csv``, ``.md`` and ``.tex``, and ``_per_scene.csv``.
@@ -38,6 +39,7 @@ def write_nvs_table(
         dataset: name of the data set.
         published: a file of ``results/published`` (``avs.report.published.published_name``), or None.
         out: path of the table without suffix.
+        absent: why a method could not run, with the remedy, by identifier.
         reference: identifier of the method that the others are compared with by paired bootstrap.
 
     Raises:
@@ -49,7 +51,7 @@ def write_nvs_table(
     if others:
         raise UserError(f"table of {dataset}", f"got episodes of {', '.join(others)}", f"pass those of {dataset} only")
     values = None if published is None else read_published(published)
-    table = summarise_table(collected[0], methods, values, reference)
+    table = summarise_table(collected[0], methods, values, reference, absent or {})
     write_text(_with_ending(out, ".csv"), table_csv(table))
     write_text(_with_ending(out, "_per_scene.csv"), scenes_csv(table))
     write_text(_with_ending(out, ".md"), table_markdown(table))

@@ -7,10 +7,11 @@ from collections.abc import Iterable
 from avs.report.collect import Episodes, own_settings
 from avs.report.published import PRINTED_NAMES, STAND_INS
 from avs.report.summary import CONFIDENCE, Entry, Row, Table
+from avs.selectors.base import ORACLE
 from metrics.definitions import Metric
 
 GROUPS = ("Geometric", "3D-based", "2D-based")
-"""Order of the row groups; groups that a plug-in adds follow."""
+"""Order of the row groups; groups that a plug-in adds follow, oracles are the last."""
 
 SHADES = 3
 """The best three values of a column are marked."""
@@ -23,18 +24,19 @@ _RANGES = {"zero_one": "images in 0..1", "minus_one": "images in -1..1"}
 
 
 def grouped(table: Table) -> list[tuple[str, list[Row]]]:
-    """Return the rows by group: known groups in their order, then others as they first occur; rows keep their order."""
-    names = list(dict.fromkeys([*GROUPS, *(row.group for row in table.rows)]))
+    """Return the rows by group: known groups in their order, others as they first occur, oracles; rows keep theirs."""
+    others = (row.group for row in table.rows if row.group != ORACLE)
+    names = list(dict.fromkeys([*GROUPS, *others, ORACLE]))
     groups = [(name, [row for row in table.rows if row.group == name]) for name in names]
     return [(name, rows) for name, rows in groups if rows]
 
 
 def ranks(table: Table, metric: Metric) -> dict[str, int]:
-    """Return 1, 2 or 3 for the methods with the best three printed values of a column.
+    """Return 1, 2 or 3 for the methods with the best three printed values of a column, oracles left out.
 
     Values that print alike share a rank, and the next value has the next rank, as in the paper's Table 1.
     """
-    entries = {row.method: row.entries[metric.identifier].mean for row in table.rows}
+    entries = {row.method: row.entries[metric.identifier].mean for row in table.rows if row.group != ORACLE}
     printed = {method: float(f"{mean:.{metric.decimals}f}") for method, mean in entries.items() if mean is not None}
     best = sorted(set(printed.values()), reverse=metric.higher_is_better)[:SHADES]
     return {method: best.index(value) + 1 for method, value in printed.items() if value in best}
@@ -93,6 +95,7 @@ def caption(table: Table) -> list[str]:
 def notes(table: Table) -> list[str]:
     """Return what a reader must know beside the numbers, each once."""
     lines = [*_missing(table), *_spread(table), *_lpips(table.episodes), *_published(table), *_interval(table)]
+    lines += _oracles(table)
     lines += own_settings(table.episodes)
     lines += [note for episode in table.episodes.all for note in episode.notes]
     return list(dict.fromkeys(lines))
@@ -131,6 +134,12 @@ def _spread(table: Table) -> list[str]:
     if any(entry.seeds == 1 for row in table.rows for entry in row.entries.values()):
         return ["with one seed the spread over seeds is undefined and left out"]
     return []
+
+
+def _oracles(table: Table) -> list[str]:
+    if all(row.group != ORACLE for row in table.rows):
+        return []
+    return [f"{ORACLE}: chosen by looking at photographs that a method cannot see; upper references without a rank"]
 
 
 def _interval(table: Table) -> list[str]:

@@ -52,6 +52,13 @@ def test_one_scene_and_seed_has_no_band(episode, drawn):
     assert panel.curves[0].low is None
 
 
+def test_oracles_are_no_part_of_the_mean(episode, written):
+    oracle = episode("oracle-ssim", group="Oracle", psnr=(30.0,))
+    paths = written([oracle, episode("random", psnr=(20.0,)), episode("farthest", psnr=(22.0,))])
+    (panel,) = panels(read_episodes(paths, ["oracle-ssim", "random", "farthest"])[0])
+    assert [curve.difference[-1] for curve in panel.curves] == [9.0, -1.0, 1.0]
+
+
 def test_scenes_that_end_earlier_have_their_own_panel(episode, drawn):
     episodes = [
         episode(method, scene, budget=budget)

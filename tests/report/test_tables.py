@@ -28,12 +28,12 @@ PUBLISHED = "table,dataset,scene,method,metric,value\n" + "".join(
 def table(tmp_path, written):
     """Write the table of some episodes; return its rows by (method, metric) and its Markdown and LaTeX."""
 
-    def write(episodes, methods=METHODS, published=None, dataset="orbit"):
+    def write(episodes, methods=METHODS, published=None, dataset="orbit", absent=None):
         if published is not None:
             (tmp_path / "published.csv").write_text(published)
         source = None if published is None else tmp_path / "published.csv"
         out = tmp_path / "tables" / f"nvs_{dataset}"
-        write_nvs_table(written(episodes), methods, dataset, source, out)
+        write_nvs_table(written(episodes), methods, dataset, source, out, absent)
         with open(f"{out}.csv", newline="") as stream:
             rows = {(row["method"], row["metric"]): row for row in csv.DictReader(stream)}
         return rows, *(out.with_name(out.name + ending).read_text() for ending in (".md", ".tex"))
@@ -149,6 +149,31 @@ def test_method_without_episodes_keeps_its_row(episode, table):
     assert "| Geometric | FVS | – | – | – |" in markdown  # noqa: RUF001
     assert "- FVS: no episode\n" in markdown
     assert r"{Geometric} & FVS & -- & -- & -- \\" in latex
+
+
+def test_method_that_cannot_run_says_why_and_keeps_its_published_value(episode, table):
+    reason = "weights koniq absent; run: avs weights fetch koniq"
+    published = PUBLISHED + "tab,mipnerf360,mean,musiq,psnr,19.62\n"
+    methods = ["random", "musiq", "farthest"]
+    rows, markdown, latex = table([episode("random")], methods, published, absent={"musiq": reason})
+    row = rows["musiq", "psnr"]
+    assert (row["mean"], row["published"], row["difference"], row["note"]) == ("", "19.62", "", reason)
+    assert rows["farthest", "psnr"]["note"] == "no episode"
+    assert "| – | 19.62 | – |" in markdown  # noqa: RUF001
+    assert markdown.count(reason) == latex.count(reason) == 1
+
+
+def test_oracles_are_last_and_without_rank(episode, table):
+    oracle = episode("oracle-ssim", group="Oracle", psnr=(39.0, 41.0))
+    _, markdown, latex = table(
+        [oracle, episode("random"), episode("mine", group="Learned")], ["oracle-ssim", "random", "mine"]
+    )
+    groups = [line.split("|")[1].strip() for line in markdown.splitlines() if re.match(r"\| [A-Z0-9]", line)]
+    assert groups == ["2D-based", "Learned", "Oracle"]
+    assert "| oracle-ssim | 40.00 |" in markdown
+    assert "**21.00**" in markdown
+    assert "- Oracle: chosen by looking at photographs" in markdown
+    assert "without a rank" in latex
 
 
 def test_missing_scene_is_never_averaged_over(episode, table):

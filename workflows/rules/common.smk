@@ -11,13 +11,27 @@ from avs.config import load, protocol_of
 from avs.errors import UserError
 from avs.sources import sources
 
+# Methods that are programs of their own, each a file of rules of the method's name.
+BASELINES = sorted(Path(workflow.basedir, "workflows", "baselines").glob("*.smk"))
+PROGRAMS = [path.stem for path in BASELINES]
+
 try:
-    settings = load(config)
+    settings = load(config, PROGRAMS)
 except UserError as error:
     sys.exit(f"error: {error}")
 
 RESULTS = f"results/{settings.scale}"
 LOGS = f"{RESULTS}/logs"
+
+# Why a method cannot run here, and what cures it. Its row in the tables says so; no episode of it is asked for.
+ABSENT = {
+    method: reason
+    for method in settings.methods
+    if method not in PROGRAMS
+    and (reason := getattr(selectors, "unavailable", lambda method: None)(method))
+    is not None
+}
+RUNNABLE = [method for method in settings.methods if method not in ABSENT]
 
 # Says that the kernels have been compiled here. Jobs take it as ancient(): they wait for it and never rerun for it.
 KERNELS = f"{RESULTS}/kernels"
@@ -54,7 +68,11 @@ def section(part):
     if stage == "training":
         return {"device": common["device"], "scorer": common["scorers"][name]}
     if stage == "table":
-        return {"methods": common["methods"], "published": published(name)}
+        return {
+            "methods": common["methods"],
+            "absent": ABSENT,
+            "published": published(name),
+        }
     if stage == "figure":
         return {"methods": common["methods"]}
     return {"embedded": common["embedded"]["capture"], "captures": common["captures"]}[

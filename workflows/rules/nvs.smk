@@ -1,34 +1,60 @@
 # Active novel view synthesis: one episode per data set, scene, method and seed.
 
+
+module program:
+    snakefile:
+        f"{workflow.basedir}/workflows/rules/program.smk"
+    config:
+        config
+
+
 EPISODE = f"{RESULTS}/episodes/{{dataset}}/{{scene}}/{{method}}/{{seed}}/episode.json"
+VIEWS = EPISODE.replace("/episode.json", "/views.json")
+
+
+def views_of(method):
+    """Return the output of the rule that makes the views of one method which is a program of its own."""
+    return VIEWS.replace("{method}", f"{{method,{method}}}")
 
 
 def episodes(dataset):
-    """Return the records of every episode of a data set, in order of method, scene and seed."""
+    """Return the records of a data set's episodes, in order of method, scene and seed; absent methods have none."""
     return expand(
         EPISODE,
         dataset=dataset,
-        method=settings.methods,
+        method=RUNNABLE,
         scene=SCENES[dataset],
         seed=settings.seeds,
     )
 
 
 def method_code(wildcards):
-    """Return the source files of a method and of the episodes that it runs in."""
+    """Return the source files of a method, as far as they are known here, and of the episodes that it runs in."""
+    if wildcards.method in PROGRAMS:
+        return sources("avs.experiment")
     return sources("avs.experiment", selectors.find(wildcards.method).module)
 
 
 def scorer_weights(wildcards):
     """Return the checkpoint that a method needs, if any."""
+    if wildcards.method in PROGRAMS:
+        return []
     scorer = selectors.find(wildcards.method).method.scorer
     return [] if scorer is None else f"{RESULTS}/scorer/{scorer}/weights.safetensors"
+
+
+def listed_views(wildcards):
+    """Return what a method has chosen that is a program of its own; nothing for others, who choose in the episode."""
+    if wildcards.method not in PROGRAMS:
+        return []
+    return VIEWS
 
 
 rule episode:
     input:
         scene=f"{RESULTS}/scenes/{{scene}}/scene.json",
         weights=scorer_weights,
+        views=listed_views,
         kernels=ancient(KERNELS),
         settings=f"{RESULTS}/settings/episode/{{method}}.json",
         code=method_code,
@@ -45,9 +71,10 @@ rule episode:
         weights=lambda wildcards, input: (
             f"--weights {input.weights}" if input.weights else ""
         ),
+        views=lambda wildcards, input: (f"--views {input.views}" if input.views else ""),
         folder=subpath(output.episode, parent=True),
     message:
         "episode: {wildcards.method} on {wildcards.scene}, seed {wildcards.seed}"
     shell:
-        "{AVS} episode {params.scene} {wildcards.seed} --settings {input.settings} {params.weights}"
+        "{AVS} episode {params.scene} {wildcards.seed} --settings {input.settings} {params.weights} {params.views}"
         " --out {params.folder} --log {log}"
