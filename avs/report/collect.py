@@ -79,6 +79,19 @@ def read_episodes(paths: Sequence[Path], methods: Sequence[str]) -> list[Episode
     return [Episodes(name, _ordered(datasets[name], methods)) for name in sorted(datasets)]
 
 
+def read_dataset(paths: Sequence[Path], methods: Sequence[str], dataset: str) -> Episodes:
+    """Read the records at ``paths``, which are all of one data set.
+
+    Raises:
+        UserError: see ``read_episodes``; or a record is of another data set.
+    """
+    collected = read_episodes(paths, methods)
+    others = [each.dataset for each in collected if each.dataset != dataset]
+    if others:
+        raise UserError(f"table of {dataset}", f"got episodes of {', '.join(others)}", f"pass those of {dataset} only")
+    return collected[0]
+
+
 def end_of_curve(episode: Episode) -> CurvePoint:
     """Return the point with all views, at the end of the optimisation."""
     return episode.curve[-1]

@@ -2,6 +2,8 @@ r"""Tables as LaTeX in the form of the paper's Table 1, to be read by ``\input``
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from avs.report.summary import Row, Table
 from avs.report.wording import against, caption, comparison_title, grouped, measured, notes, ranks, signed
 from metrics.definitions import Metric
@@ -33,21 +35,35 @@ def table_latex(table: Table) -> str:
 
     It needs the packages booktabs, multirow, and xcolor with the option ``table``.
     """
+    body = grid(table)
+    title = comparison_title(table)
+    if title is not None:
+        body += ["", r"\medskip", rf"{escape(title)}:", "", r"\smallskip", *_comparison(table)]
+    return environment("nvs", table.episodes.dataset, caption(table), body, notes(table))
+
+
+def environment(kind: str, dataset: str, sentences: Sequence[str], body: Sequence[str], remarks: Sequence[str]) -> str:
+    """Return a ``table*`` environment.
+
+    Args:
+        kind: the first part of the label, ``tab:<kind>-<data set>``.
+        dataset: name of the data set.
+        sentences: of the caption, before the legend of the shades.
+        body: lines of LaTeX.
+        remarks: notes below it.
+    """
     lines = [
         r"% needs \usepackage{booktabs,multirow} and \usepackage[table]{xcolor}",
         r"\begin{table*}[t]",
         r"\centering",
         r"\small",
         r"\setlength{\tabcolsep}{4pt}",
-        rf"\caption{{{escape(' '.join(caption(table)))} {_legend()}}}",
-        rf"\label{{tab:nvs-{table.episodes.dataset.replace('_', '-')}}}",
-        *_main(table),
+        rf"\caption{{{escape(' '.join(sentences))} {_legend()}}}",
+        rf"\label{{tab:{kind}-{dataset.replace('_', '-')}}}",
+        *body,
     ]
-    title = comparison_title(table)
-    if title is not None:
-        lines += ["", r"\medskip", rf"{escape(title)}:", "", r"\smallskip", *_comparison(table)]
-    for note in notes(table):
-        lines += ["", r"\smallskip", rf"\parbox{{\linewidth}}{{\footnotesize {escape(note)}.}}"]
+    for remark in remarks:
+        lines += ["", r"\smallskip", rf"\parbox{{\linewidth}}{{\footnotesize {escape(remark)}.}}"]
     return "\n".join([*lines, r"\end{table*}"]) + "\n"
 
 
@@ -62,7 +78,8 @@ def _legend() -> str:
     return "".join(boxes) + "."
 
 
-def _main(table: Table) -> list[str]:
+def grid(table: Table) -> list[str]:
+    """Return the rows by group as a ``tabular``, with the best three values of each metric shaded."""
     width = 3 if table.has_published else 1
     columns = len(table.metrics) * width
     lines = [rf"\begin{{tabular}}{{ll{'r' * columns}}}", r"\toprule"]

@@ -14,17 +14,21 @@ _MARKS = {1: "**{}**", 2: "{} (2)", 3: "{} (3)"}
 
 def table_markdown(table: Table) -> str:
     """Return the caption, the table, the comparison with the reference method, and the notes."""
-    blocks = [" ".join(caption(table)) + " Best in bold, second and third numbered.", _main(table)]
+    blocks = [" ".join(caption(table)) + " Best in bold, second and third numbered.", grid(table)]
     title = comparison_title(table)
     if title is not None:
         blocks += [title + ":", _comparison(table)]
-    lines = notes(table)
-    if lines:
-        blocks.append("Notes:\n\n" + "\n".join(f"- {line}" for line in lines))
-    return "\n\n".join(blocks) + "\n"
+    return document(blocks, notes(table))
 
 
-def _main(table: Table) -> str:
+def document(blocks: Sequence[str], lines: Sequence[str]) -> str:
+    """Return blocks of text with the notes ``lines`` below them."""
+    listed = ["Notes:\n\n" + "\n".join(f"- {line}" for line in lines)] if lines else []
+    return "\n\n".join([*blocks, *listed]) + "\n"
+
+
+def grid(table: Table) -> str:
+    """Return the rows by group, with the best three values of each metric marked."""
     header, align = ["", "Method"], ["---", "---"]
     for metric in table.metrics:
         columns = [_title(metric), *(["published", "difference"] if table.has_published else [])]

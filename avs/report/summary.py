@@ -94,7 +94,7 @@ def summarise_table(
     metrics = [METRICS[identifier] for identifier in COLUMNS]
     rows = []
     for method in methods:
-        label, group = _printed(episodes, method)
+        label, group = printed_as(episodes, method)
         entries = {
             metric.identifier: _entry(episodes, method, metric.identifier, published or {}, reference, absent)
             for metric in metrics
@@ -109,6 +109,32 @@ def scene_value(episodes: Episodes, method: str, scene: str, seed: int, metric: 
     return image_mean(end_of_curve(episodes.cells[method][scene, seed]), metric)
 
 
+def missing_episodes(episodes: Episodes, method: str, absent: Mapping[str, str]) -> str | None:
+    """Say why a method has no seed with an episode of every scene, or return None if it has one.
+
+    Args:
+        episodes: the episodes of one data set.
+        method: identifier.
+        absent: why a method could not run, by identifier.
+    """
+    cells = episodes.cells.get(method)
+    if not cells:
+        return absent.get(method, "no episode")
+    if episodes.complete_seeds(method):
+        return None
+    lacking = [scene for scene in episodes.scenes if scene not in {each for each, _ in cells}]
+    return f"no episode of {', '.join(lacking)}" if lacking else "no seed has an episode of every scene"
+
+
+def printed_as(episodes: Episodes, method: str) -> tuple[str, str]:
+    """Return printed name and group: from the records or, without any, from the method's metadata."""
+    if cells := episodes.cells.get(method):
+        episode = next(iter(cells.values()))
+        return episode.label, episode.group
+    known = selectors.methods()
+    return (known[method].method.label, known[method].method.group) if method in known else (method, "")
+
+
 def _entry(
     episodes: Episodes,
     method: str,
@@ -119,35 +145,27 @@ def _entry(
 ) -> Entry:
     printed = published.get((method, metric))
     seeds = episodes.complete_seeds(method)
-    reason = _missing(episodes, method, metric, seeds)
+    reason = missing_episodes(episodes, method, absent) or _missing_value(episodes, method, metric, seeds)
     if reason is not None:
-        if method not in episodes.cells:
-            reason = absent.get(method, reason)
         return Entry(None, None, 0, 0, printed, missing=reason)
     summary = summarise([_scene_values(episodes, method, seed, metric) for seed in seeds])
     against = None if method == reference else _against(episodes, method, reference, metric)
     return Entry(summary.mean, summary.spread, len(episodes.scenes), len(seeds), printed, against)
 
 
-def _missing(episodes: Episodes, method: str, metric: str, seeds: Sequence[int]) -> str | None:
-    """Say why a mean cannot be computed, or return None."""
-    cells = episodes.cells.get(method)
-    if not cells:
-        return "no episode"
-    if not seeds:
-        lacking = [scene for scene in episodes.scenes if scene not in {each for each, _ in cells}]
-        return f"no episode of {', '.join(lacking)}" if lacking else "no seed has an episode of every scene"
+def _missing_value(episodes: Episodes, method: str, metric: str, seeds: Sequence[int]) -> str | None:
+    """Say why a metric has no mean over all scenes for these seeds, or return None."""
     for scene in episodes.scenes:
         for seed in seeds:
             if scene_value(episodes, method, scene, seed, metric) is None:
-                return cells[scene, seed].absent.get(metric, "not measured")
+                return episodes.cells[method][scene, seed].absent.get(metric, "not measured")
     return None
 
 
 def _against(episodes: Episodes, method: str, reference: str, metric: str) -> tuple[float, Interval | None] | None:
     """Compare on the scenes and seeds that both have completely."""
     seeds = [seed for seed in episodes.complete_seeds(method) if seed in episodes.complete_seeds(reference)]
-    if not seeds or _missing(episodes, reference, metric, seeds) is not None:
+    if not seeds or _missing_value(episodes, reference, metric, seeds) is not None:
         return None
     pairs = [
         (_scene_values(episodes, method, seed, metric), _scene_values(episodes, reference, seed, metric))
@@ -162,12 +180,3 @@ def _scene_values(episodes: Episodes, method: str, seed: int, metric: str) -> li
     """Return one value for each scene; the caller has made sure that none is missing."""
     values = [scene_value(episodes, method, scene, seed, metric) for scene in episodes.scenes]
     return [value for value in values if value is not None]
-
-
-def _printed(episodes: Episodes, method: str) -> tuple[str, str]:
-    """Return printed name and group: from the records or, without any, from the method's metadata."""
-    if cells := episodes.cells.get(method):
-        episode = next(iter(cells.values()))
-        return episode.label, episode.group
-    known = selectors.methods()
-    return (known[method].method.label, known[method].method.group) if method in known else (method, "")

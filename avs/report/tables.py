@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from avs.errors import UserError
 from avs.files import write_text
-from avs.report.collect import read_episodes
+from avs.report.collect import read_dataset
 from avs.report.delimited import scenes_csv, table_csv
 from avs.report.latex import table_latex
 from avs.report.markdown import table_markdown
@@ -46,18 +45,15 @@ def write_nvs_table(
         UserError: no episodes; a record is missing, damaged, of another data set or not comparable with the others;
             or the published values cannot be read.
     """
-    collected = read_episodes(episodes, methods)
-    others = [each.dataset for each in collected if each.dataset != dataset]
-    if others:
-        raise UserError(f"table of {dataset}", f"got episodes of {', '.join(others)}", f"pass those of {dataset} only")
+    collected = read_dataset(episodes, methods, dataset)
     values = None if published is None else read_published(published)
-    table = summarise_table(collected[0], methods, values, reference, absent or {})
-    write_text(_with_ending(out, ".csv"), table_csv(table))
-    write_text(_with_ending(out, "_per_scene.csv"), scenes_csv(table))
-    write_text(_with_ending(out, ".md"), table_markdown(table))
-    write_text(_with_ending(out, ".tex"), table_latex(table))
+    table = summarise_table(collected, methods, values, reference, absent or {})
+    write_text(with_ending(out, ".csv"), table_csv(table))
+    write_text(with_ending(out, "_per_scene.csv"), scenes_csv(table))
+    write_text(with_ending(out, ".md"), table_markdown(table))
+    write_text(with_ending(out, ".tex"), table_latex(table))
 
 
-def _with_ending(path: Path, ending: str) -> Path:
-    """Append, not ``with_suffix``: a data set's name may hold a point."""
+def with_ending(path: Path, ending: str) -> Path:
+    """Append ``ending``, not ``with_suffix``: a data set's name may hold a point."""
     return path.with_name(path.name + ending)

@@ -74,10 +74,8 @@ def has_spread(table: Table) -> bool:
 def caption(table: Table) -> list[str]:
     """Return the sentences of the caption: what was measured, on what, and how."""
     episodes = table.episodes
-    seeds = sorted({seed for cells in episodes.cells.values() for _, seed in cells})
     facts = [
-        f"{_count(len(episodes.scenes), 'scene')} ({', '.join(episodes.scenes)})",
-        f"{_count(len(seeds), 'seed')} ({', '.join(map(str, seeds))})",
+        *scenes_and_seeds(episodes),
         f"{_range(len(episode.curve[-1].images) for episode in episodes.all)} test images a scene",
         f"{_range(episode.budget for episode in episodes.all)} views",
         f"{_range(len(episode.initial) for episode in episodes.all)} of them initial",
@@ -92,9 +90,18 @@ def caption(table: Table) -> list[str]:
     return sentences
 
 
+def scenes_and_seeds(episodes: Episodes) -> list[str]:
+    """Return how many scenes and seeds there are, and which."""
+    seeds = sorted({seed for cells in episodes.cells.values() for _, seed in cells})
+    return [
+        f"{_count(len(episodes.scenes), 'scene')} ({', '.join(episodes.scenes)})",
+        f"{_count(len(seeds), 'seed')} ({', '.join(map(str, seeds))})",
+    ]
+
+
 def notes(table: Table) -> list[str]:
     """Return what a reader must know beside the numbers, each once."""
-    lines = [*_missing(table), *_spread(table), *_lpips(table.episodes), *_published(table), *_interval(table)]
+    lines = [*missing(table), *_spread(table), *_lpips(table.episodes), *_published(table), *_interval(table)]
     lines += _oracles(table)
     lines += own_settings(table.episodes)
     lines += [note for episode in table.episodes.all for note in episode.notes]
@@ -110,7 +117,7 @@ def comparison_title(table: Table) -> str | None:
     )
 
 
-def _missing(table: Table) -> list[str]:
+def missing(table: Table) -> list[str]:
     """Say why cells are empty: for a whole column once, for a whole row once, else cell by cell."""
     lines = []
     for metric in table.metrics:
