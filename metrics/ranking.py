@@ -39,7 +39,7 @@ def spearman(first: npt.ArrayLike, second: npt.ArrayLike) -> Correlation:
     """
     pair = _checked(first, second)
     reason = _undefined(*pair)
-    return Correlation(None, reason) if reason else Correlation(float(stats.spearmanr(*pair).statistic))
+    return Correlation(float(stats.spearmanr(*pair).statistic)) if reason is None else Correlation(None, reason)
 
 
 def kendall(first: npt.ArrayLike, second: npt.ArrayLike) -> Correlation:
@@ -54,7 +54,10 @@ def kendall(first: npt.ArrayLike, second: npt.ArrayLike) -> Correlation:
     """
     pair = _checked(first, second)
     reason = _undefined(*pair)
-    return Correlation(None, reason) if reason else Correlation(float(stats.kendalltau(*pair).statistic))
+    if reason is not None:
+        return Correlation(None, reason)
+    # The method concerns the significance, which is not used; the default computes it exactly, and slowly.
+    return Correlation(float(stats.kendalltau(*pair, method="asymptotic").statistic))
 
 
 def _checked(first: npt.ArrayLike, second: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:

@@ -102,7 +102,7 @@ def scenes_and_seeds(episodes: Episodes) -> list[str]:
 def notes(table: Table) -> list[str]:
     """Return what a reader must know beside the numbers, each once."""
     lines = [*missing(table), *_spread(table), *_lpips(table.episodes), *_published(table), *_interval(table)]
-    lines += _oracles(table)
+    lines += oracle_note(table)
     lines += own_settings(table.episodes)
     lines += [note for episode in table.episodes.all for note in episode.notes]
     return list(dict.fromkeys(lines))
@@ -143,7 +143,8 @@ def _spread(table: Table) -> list[str]:
     return []
 
 
-def _oracles(table: Table) -> list[str]:
+def oracle_note(table: Table) -> list[str]:
+    """Return a line that tells what an oracle is, if the table has one."""
     if all(row.group != ORACLE for row in table.rows):
         return []
     return [f"{ORACLE}: chosen by looking at photographs that a method cannot see; upper references without a rank"]

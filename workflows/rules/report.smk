@@ -42,6 +42,24 @@ rule nvs_table:
         " --out {params.stem} --log {log}"
 
 
+rule ranking_table:
+    input:
+        episodes=lambda wildcards: episodes(wildcards.dataset),
+        settings=f"{RESULTS}/settings/table/{{dataset}}.json",
+        code=sources("avs.report.ranking_tables"),
+    output:
+        multiext(f"{RESULTS}/tables/ranking_{{dataset}}", ".csv", ".md", ".tex"),
+    log:
+        f"{LOGS}/tables/ranking_{{dataset}}.log",
+    params:
+        stem=lambda wildcards, output: output[0].removesuffix(".csv"),
+    message:
+        "ranking of {wildcards.dataset}"
+    shell:
+        "{AVS} ranking {input.episodes} --dataset {wildcards.dataset} --settings {input.settings}"
+        " --out {params.stem} --log {log}"
+
+
 rule psnr_over_views:
     input:
         episodes=all_episodes,
@@ -61,7 +79,11 @@ rule psnr_over_views:
 
 rule tables:
     input:
-        expand(f"{RESULTS}/tables/nvs_{{dataset}}.csv", dataset=SCENES),
+        expand(
+            f"{RESULTS}/tables/{{table}}_{{dataset}}.csv",
+            table=("nvs", "ranking"),
+            dataset=SCENES,
+        ),
         f"{RESULTS}/figures/psnr_over_views.pdf",
 
 
