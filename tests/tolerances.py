@@ -29,6 +29,9 @@ FUSED_CONVOLUTIONS = 1e-4
 # avs/scorer/network.py: float32 against float64, or float32 summed in another order, through two decoder layers whose
 # tokens are of order one; the network's output lies in 0..1.
 FLOAT32_NETWORK = 1e-4
+# avs/scorer/backbones.py: float32 in another order through twelve transformer blocks; the tokens leave a norm, so that
+# they are of order one.
+FLOAT32_TRANSFORMER = 1e-4
 # avs/representations/gaussians/adam.py: 20 steps of 0.01 on numbers of order one, each rounded to float32.
 ADAM_STEPS = 2e-6
 
@@ -68,3 +71,6 @@ EMBEDDED_DEPTH = 1e-6
 EMBEDDED_REPROJECTION = 0.75
 # Share of observations whose point, moved by its error, slipped behind an edge: 0.3 of a pixel where a pixel is 2 cm.
 EMBEDDED_HIDDEN = 0.06
+
+# metrics/ranking.py: float64, sums of some hundred products of ranks.
+RANKING = 1e-12

@@ -1,12 +1,11 @@
-"""Image encoders of the cross-reference network, and where their ImageNet weights are found.
+"""Image encoders of the cross-reference network, and where their pretrained weights are found.
 
-RepViT (arXiv 2307.09283) is the low-latency one of the paper; a further one is one more entry of ``BACKBONES``.
+RepViT (arXiv 2307.09283) is the low-latency one of the paper, DINOv2 (arXiv 2304.07193) that of CrossScore.
 """
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable
+import math
 from pathlib import Path
 from typing import Any, Literal, cast
 
@@ -14,15 +13,19 @@ import safetensors
 import safetensors.torch
 import torch
 from torch import Tensor, nn
+from torch.nn import functional
 
 from avs.compatibility import prepare_torchvision
 from avs.errors import UserError
-
-WEIGHTS_VARIABLE = "AVS_WEIGHTS"
-"""Environment variable: a folder of ImageNet weights, named as timm's models: ``<model>.<tag>.safetensors``."""
+from avs.scorer.settings import AnyNetwork, RepViTSettings
+from avs.weights import locate, verified
+from avs.weights.cache import folder
+from avs.weights.manifest import MANIFEST
 
 REPVIT_TAPS = {"A": (2, 6, 22, 25), "B": (1, 5, 21, 24)}
 """The paper's "layers 2, 6, 22, and 25" as blocks counted from 0 without the stem: literally, or with the stem as 0."""
+
+_TAGS = {"repvit_m0_9": "dist_450e_in1k", "vit_small_patch14_dinov2": "lvd142m"}
 
 
 class Backbone(nn.Module):
@@ -90,28 +93,101 @@ class RepViT(Backbone):
         return features
 
 
-BACKBONES: dict[str, Callable[[Literal["A", "B"], Path | None], Backbone]] = {"repvit_m0_9": RepViT}
+class DINOv2(Backbone):
+    """DINOv2-small: one feature map of 384 channels, the tokens of 14x14 pixels after the last norm.
 
-
-def find_weights(backbone: str, tag: str) -> Path | None:
-    """Return the local file of a backbone's ImageNet weights, or None; never uses the network.
-
-    It looks in the folder that ``AVS_WEIGHTS`` names, then in the cache of huggingface_hub, where timm keeps them.
+    timm's model resizes its position embeddings with antialiasing; DINOv2's own code and the transformers library,
+    which CrossScore builds on, do so without, as here. Both once added 0.1 to the number of tokens there, so that the
+    grid was shifted by up to a tenth of a token; CrossScore was trained at 518x518 pixels, where nothing is resized.
     """
-    folder = os.environ.get(WEIGHTS_VARIABLE)
-    if folder and (path := Path(folder) / f"{backbone}.{tag}.safetensors").is_file():
+
+    channels = (384,)
+
+    def __init__(self, weights: Path | None = None) -> None:
+        """Build the blocks.
+
+        Args:
+            weights: safetensors file of timm's ``vit_small_patch14_dinov2``, or None for random weights from torch's
+                generator.
+
+        Raises:
+            UserError: ``weights`` cannot be read or does not fit.
+        """
+        super().__init__()
+        prepare_torchvision()
+        import timm
+
+        model: Any = timm.create_model("vit_small_patch14_dinov2", pretrained=False, num_classes=0)
+        if weights is not None:
+            _load(model, weights)
+        self.patches: nn.Module = model.patch_embed.proj
+        self.class_token: nn.Parameter = model.cls_token
+        self.positions: nn.Parameter = model.pos_embed
+        self.blocks: nn.ModuleList = nn.ModuleList(model.blocks)
+        self.norm: nn.Module = model.norm
+
+    def forward(self, images: Tensor) -> list[Tensor]:
+        """Return one feature map ``[n, 384, height // 14, width // 14]``; pixels beyond whole tokens are not seen."""
+        patches: Tensor = self.patches(images)
+        count, _, rows, columns = patches.shape
+        tokens = patches.flatten(2).transpose(1, 2) + self._position_embeddings(rows, columns)
+        first = (self.class_token + self.positions[:, :1]).expand(count, -1, -1)
+        x = torch.cat([first, tokens], dim=1)
+        for block in self.blocks:
+            x = block(x)
+        features: Tensor = self.norm(x[:, 1:])
+        return [features.transpose(1, 2).reshape(count, -1, rows, columns)]
+
+    def _position_embeddings(self, rows: int, columns: int) -> Tensor:
+        """Return the pretrained grid of embeddings, resized: ``[1, rows * columns, 384]``."""
+        grid = self.positions[:, 1:]
+        side = math.isqrt(grid.shape[1])
+        if (rows, columns) == (side, side):
+            return grid
+        square = grid.transpose(1, 2).reshape(1, -1, side, side)
+        resized = functional.interpolate(square, (rows, columns), mode="bicubic", align_corners=False)
+        return resized.flatten(2).transpose(1, 2)
+
+
+def build_backbone(settings: AnyNetwork, weights: Path | None = None) -> Backbone:
+    """Return the backbone that ``settings`` name, with the weights of a file or random ones of torch's generator.
+
+    Raises:
+        UserError: ``weights`` cannot be read or does not fit.
+    """
+    return RepViT(settings.taps, weights) if isinstance(settings, RepViTSettings) else DINOv2(weights)
+
+
+def find_weights(backbone: str, tag: str | None = None) -> Path | None:
+    """Return the local file of a backbone's pretrained weights, or None; never uses the network.
+
+    It looks in the cache folder of ``avs.weights``, then in that of huggingface_hub, where timm keeps them.
+
+    Args:
+        backbone: timm's name of the model.
+        tag: which of timm's weights; None for the usual ones: ImageNet's for RepViT, DINOv2's own for DINOv2.
+
+    Raises:
+        UserError: the file is not the one that the manifest describes.
+    """
+    model = f"{backbone}.{tag or _TAGS[backbone]}"
+    path = folder() / "timm" / f"{model}.safetensors"
+    for name, entry in MANIFEST.items():
+        if folder() / entry.path == path and locate(name) is not None:
+            return verified(name)
+    if path.is_file():
         return path
     from huggingface_hub import try_to_load_from_cache
 
-    cached = try_to_load_from_cache(f"timm/{backbone}.{tag}", "model.safetensors")
+    cached = try_to_load_from_cache(f"timm/{model}", "model.safetensors")
     return Path(cached) if isinstance(cached, str) else None
 
 
 def _load(model: nn.Module, path: Path) -> None:
-    """Load a timm checkpoint without its classifier into ``model``."""
+    """Load a timm checkpoint without its classifier, or the mask of its pretraining, into ``model``."""
     try:
         state = safetensors.torch.load_file(path)
-        model.load_state_dict({key: value for key, value in state.items() if not key.startswith("head.")})
+        model.load_state_dict({key: value for key, value in state.items() if not key.startswith(("head.", "mask_"))})
     except (OSError, safetensors.SafetensorError) as error:
         raise UserError(path, f"not a readable safetensors file ({error})", "fetch it again") from error
     except RuntimeError as error:
@@ -120,15 +196,19 @@ def _load(model: nn.Module, path: Path) -> None:
 
 
 def open_residual_branches(backbone: Backbone) -> None:
-    """Give the residual branches of a random backbone that will stay random a weight of one half.
+    """Give the residual branches of a random backbone that will stay random a weight that counts.
 
-    timm starts the last batch norm of each branch at zero, as training likes it: the mixing of channels then does
-    nothing.
+    timm starts RepViT's last batch norm of each branch at zero and DINOv2's layer scales at 1e-5, as training likes
+    them: the mixing of channels, or all of the blocks, then does nothing. They become one half and one.
     """
+    from timm.layers.layer_scale import LayerScale
+
     with torch.no_grad():
         for module in backbone.modules():
             if isinstance(module, nn.BatchNorm2d) and not module.weight.any():
                 module.weight.fill_(0.5)
+            elif isinstance(module, LayerScale):
+                module.gamma.fill_(1.0)
 
 
 def fused(backbone: Backbone) -> Backbone:

@@ -1,4 +1,4 @@
-"""A trained scorer on disk: one safetensors file whose header says which network it holds."""
+"""A trained scorer on disk: a safetensors file whose header says which network it holds; or CrossScore's checkpoint."""
 
 from __future__ import annotations
 
@@ -7,14 +7,17 @@ from pathlib import Path
 
 import safetensors
 import safetensors.torch
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 
 from avs.errors import UserError
 from avs.files import atomic_path, canonical_json
+from avs.scorer.crossscore import is_archive, read_crossscore
 from avs.scorer.network import CrossReferenceNetwork, build_network
-from avs.scorer.settings import NetworkSettings
+from avs.scorer.settings import AnyNetwork
+from avs.weights.cache import damage, find
 
 _FORMAT = "avs-cross-reference-1"
+_NETWORK: TypeAdapter[AnyNetwork] = TypeAdapter(AnyNetwork)
 _REMEDY = "delete it and train the scorer again"
 
 
@@ -28,18 +31,41 @@ def save_network(path: Path, network: CrossReferenceNetwork) -> None:
         temporary.write_bytes(safetensors.torch.save(state, metadata=header))
 
 
-def load_network(path: Path) -> CrossReferenceNetwork:
-    """Read a network that ``save_network`` wrote, in evaluation mode.
+def load_network(path: Path, backbone: str | None = None) -> CrossReferenceNetwork:
+    """Read a network that ``save_network`` wrote, or CrossScore's published checkpoint, in evaluation mode.
+
+    Args:
+        path: the file; its first bytes tell which of the two it is.
+        backbone: refuse a network on another backbone than this.
 
     Raises:
-        UserError: the file is missing, truncated, not safetensors, not a scorer, or its weights do not fit its header.
+        UserError: the file is missing, truncated, a pickle, or not a scorer; its weights do not fit its header; it is a
+            checkpoint that has not the published one's hash; or its backbone is not the one asked for.
     """
+    try:
+        network = _read_published(path) if is_archive(path) else _read(path)
+    except FileNotFoundError as error:
+        raise UserError(path, "no such file", "train the scorer first") from error
+    if backbone not in (None, network.settings.backbone):
+        fault = f"holds a network on {network.settings.backbone}, where {backbone} is needed"
+        raise UserError(path, fault, "pass the weights of the scorer that the method names")
+    return network
+
+
+def _read_published(path: Path) -> CrossReferenceNetwork:
+    """Read CrossScore's checkpoint, once its length and hash are found to be the published ones."""
+    fault = damage(find("crossscore"), path)
+    if fault is not None:
+        raise UserError(path, f"not CrossScore's published checkpoint ({fault})", "run: avs weights fetch crossscore")
+    return read_crossscore(path)
+
+
+def _read(path: Path) -> CrossReferenceNetwork:
+    """Read what ``save_network`` wrote."""
     try:
         with safetensors.safe_open(path, framework="pt") as file:
             metadata = file.metadata() or {}
             state = {key: file.get_tensor(key) for key in file.keys()}  # noqa: SIM118 (not a dictionary)
-    except FileNotFoundError as error:
-        raise UserError(path, "no such file", "train the scorer first") from error
     except (OSError, safetensors.SafetensorError) as error:
         raise UserError(path, f"not a readable safetensors file ({error})", _REMEDY) from error
     network = build_network(_settings(path, metadata), seed=0).eval()
@@ -52,12 +78,12 @@ def load_network(path: Path) -> CrossReferenceNetwork:
     return network
 
 
-def _settings(path: Path, metadata: dict[str, str]) -> NetworkSettings:
+def _settings(path: Path, metadata: dict[str, str]) -> AnyNetwork:
     try:
         header = json.loads(metadata["network"])
         if header["format"] != _FORMAT:
             raise UserError(path, f"format {header['format']!r}, expected {_FORMAT!r}", _REMEDY)
-        return NetworkSettings.model_validate(header["settings"])
+        return _NETWORK.validate_python(header["settings"])
     except (KeyError, TypeError, ValueError) as error:
         # pydantic's ValidationError is a ValueError too, of several lines
         first = error.errors()[0] if isinstance(error, ValidationError) else None

@@ -1,8 +1,8 @@
 """The cross-reference network: predicts the SSIM map of a rendering from photographs of other views.
 
-Architecture of CrossScore (arXiv 2404.14409) with the low-latency backbone of "Active View Selector" (arXiv
-2506.19844): tokens of 14x14 pixels, a two-layer transformer decoder in which the query image's tokens attend to those
-of all reference images, and a head that gives 14x14 values in 0..1 per token.
+Architecture of CrossScore (arXiv 2404.14409) on its own backbone, or on the low-latency one of "Active View Selector"
+(arXiv 2506.19844): tokens of 14x14 pixels, a two-layer transformer decoder in which the query image's tokens attend to
+those of all reference images, and a head that gives 14x14 values in 0..1 per token.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from avs.scorer.backbones import BACKBONES, Backbone
+from avs.scorer.backbones import Backbone, build_backbone
 from avs.scorer.positions import PositionCodes
-from avs.scorer.settings import PATCH, NetworkSettings
+from avs.scorer.settings import PATCH, AnyNetwork, DINOv2Settings
 
 _IMAGENET_MEAN = (0.485, 0.456, 0.406)
 _IMAGENET_DEVIATION = (0.229, 0.224, 0.225)
@@ -63,15 +63,18 @@ class CrossReferenceNetwork(nn.Module):
     mean: Tensor
     deviation: Tensor
 
-    def __init__(self, settings: NetworkSettings, backbone: Backbone) -> None:
+    def __init__(self, settings: AnyNetwork, backbone: Backbone) -> None:
         """Build the parts behind ``backbone``, with weights drawn from torch's generator (see ``build_network``)."""
         super().__init__()
         self.settings = settings
         self.backbone = backbone
         width = settings.channels
-        # The paper projects each feature map, resizes and adds. Resizing before projecting is the same, as both are
-        # linear, and cheaper.
-        self.projections = nn.ModuleList(nn.Linear(channels, width) for channels in backbone.channels)
+        # The paper projects each of RepViT's feature maps, resizes and adds. Resizing before projecting is the same, as
+        # both are linear, and cheaper. CrossScore takes DINOv2's tokens as they are.
+        projected = not isinstance(settings, DINOv2Settings)
+        self.projections = nn.ModuleList(
+            nn.Linear(channels, width) if projected else nn.Identity() for channels in backbone.channels
+        )
         self.positions = PositionCodes(width, settings.position_size, settings.position_seed)
         self.decoder = nn.ModuleList(
             DecoderLayer(width, settings.heads, settings.hidden) for _ in range(settings.layers)
@@ -105,7 +108,12 @@ class CrossReferenceNetwork(nn.Module):
         if not rows or not columns:
             raise ValueError(f"images of {tuple(images.shape[-2:])} pixels are smaller than a token of {PATCH}")
         maps = self.backbone(self.normalized(images))
-        resized = [functional.interpolate(features, (rows, columns), mode="bilinear") for features in maps]
+        resized = [
+            features
+            if features.shape[-2:] == (rows, columns)
+            else functional.interpolate(features, (rows, columns), mode="bilinear")
+            for features in maps
+        ]
         return torch.cat(resized, dim=1).permute(0, 2, 3, 1).contiguous()
 
     def normalized(self, images: Tensor) -> Tensor:
@@ -128,8 +136,7 @@ class CrossReferenceNetwork(nn.Module):
         Args:
             queries: ``[n, rows, columns, channels]``, tokens from ``encode``.
             references: ``[s, tokens, channels]``, the tokens of all reference images, one after another; their order
-            does
-                not matter. s divides n: n/s successive query images share the same references.
+                does not matter. s divides n: n/s successive query images share the same references.
             absent: ``[s, tokens]`` bool, True where ``references`` is only filled up; None if nowhere.
 
         Returns:
@@ -149,7 +156,7 @@ class CrossReferenceNetwork(nn.Module):
         return copied
 
 
-def build_network(settings: NetworkSettings, seed: int, backbone: Backbone | None = None) -> CrossReferenceNetwork:
+def build_network(settings: AnyNetwork, seed: int, backbone: Backbone | None = None) -> CrossReferenceNetwork:
     """Return a network with random weights that depend on ``seed`` alone; torch's global generator stays as it is.
 
     Args:
@@ -159,4 +166,4 @@ def build_network(settings: NetworkSettings, seed: int, backbone: Backbone | Non
     """
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
-        return CrossReferenceNetwork(settings, backbone or BACKBONES[settings.backbone](settings.taps, None))
+        return CrossReferenceNetwork(settings, backbone or build_backbone(settings))

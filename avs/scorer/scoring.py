@@ -84,13 +84,15 @@ class CrossReferenceScorer:
             yield rows, self.network.encode(batch.contiguous(memory_format=torch.channels_last))
 
 
-def load_scorer(path: Path, resize: ResizeSettings, batch: int = 8, device: str = "cpu") -> CrossReferenceScorer:
-    """Read a trained scorer.
+def load_scorer(
+    path: Path, resize: ResizeSettings, batch: int = 8, device: str = "cpu", backbone: str | None = None
+) -> CrossReferenceScorer:
+    """Read a trained scorer; ``backbone`` refuses one on another image encoder.
 
     Raises:
-        UserError: the file is missing, damaged, or not a scorer.
+        UserError: the file is missing, damaged, not a scorer, or of another architecture.
     """
-    return CrossReferenceScorer(load_network(path), resize, batch, device)
+    return CrossReferenceScorer(load_network(path, backbone), resize, batch, device)
 
 
 def _joined(references: list[Tensor]) -> tuple[Tensor, Tensor | None]:

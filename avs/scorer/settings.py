@@ -9,6 +9,12 @@ from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt, PositiveFloat
 
 from avs.resizing import ResizeSettings
 
+BACKBONE_OF = {"repvit": "repvit_m0_9", "dinov2": "vit_small_patch14_dinov2"}
+"""The scorers that a run can train, and the image encoder that gives each its name."""
+
+PUBLISHED = {"dinov2": "crossscore"}
+"""Scorers that others have trained and published, by their names in the manifest of ``avs.weights``."""
+
 PATCH = 14
 """Pixels along a side of the square that one token describes, as in DINOv2 and CrossScore."""
 
@@ -32,13 +38,9 @@ class ReferenceSettings(_Settings):
 
 
 class NetworkSettings(_Settings):
-    """Architecture. Everything that a checkpoint must agree with."""
+    """Architecture behind the backbone. Everything that a checkpoint must agree with."""
 
-    backbone: Literal["repvit_m0_9"] = Field(default="repvit_m0_9", description="image encoder")
-    taps: Literal["A", "B"] = Field(
-        default="A",
-        description="RepViT's layers '2, 6, 22, 25': A counts the 26 blocks from 0 without the stem, B with the stem",
-    )
+    backbone: str = Field(description="image encoder")
     channels: PositiveInt = Field(default=256, description="width of a token")
     layers: PositiveInt = Field(default=2, description="decoder layers")
     heads: PositiveInt = Field(default=8, description="attention heads; divides `channels`")
@@ -51,6 +53,29 @@ class NetworkSettings(_Settings):
         if self.channels % self.heads:
             raise ValueError(f"heads ({self.heads}) must divide channels ({self.channels})")
         return self
+
+
+class RepViTSettings(NetworkSettings):
+    """The network of Ours-RepViT: four feature maps, each projected to the width of a token."""
+
+    backbone: Literal["repvit_m0_9"] = Field(default="repvit_m0_9", description="image encoder")
+    taps: Literal["A", "B"] = Field(
+        default="A",
+        description="RepViT's layers '2, 6, 22, 25': A counts the 26 blocks from 0 without the stem, B with the stem",
+    )
+
+
+class DINOv2Settings(NetworkSettings):
+    """The network of CrossScore and Ours-DINOv2: the backbone's own tokens, not projected."""
+
+    backbone: Literal["vit_small_patch14_dinov2"] = Field(
+        default="vit_small_patch14_dinov2", description="image encoder"
+    )
+    channels: Literal[384] = Field(default=384, description="width of a token, the backbone's")
+    hidden: PositiveInt = Field(default=384, description="width of the decoder's feed-forward layers")
+
+
+AnyNetwork = Annotated[RepViTSettings | DINOv2Settings, Field(discriminator="backbone")]
 
 
 class RenderSettings(_Settings):
@@ -85,9 +110,11 @@ class TrainingSettings(_Settings):
 
     backbone_weights: Literal["auto", "pretrained", "scratch"] = Field(
         default="auto",
-        description="ImageNet weights from a local file if there is one, always (else it is an error), or never",
+        description="pretrained weights from a local file if there is one, always (else it is an error), or never",
     )
-    backbone_tag: str = Field(default="dist_450e_in1k", description="which of timm's ImageNet weights")
+    backbone_tag: str | None = Field(
+        default=None, description="which of timm's weights of the backbone; null: dist_450e_in1k, lvd142m for DINOv2"
+    )
     backbone_frozen: bool | None = Field(
         default=None, description="keep the backbone as it is; null: keep it if and only if it is pretrained"
     )
@@ -127,6 +154,11 @@ class TrainingSettings(_Settings):
 class ScorerSettings(_Settings):
     """One trained scorer."""
 
-    network: NetworkSettings = Field(default=NetworkSettings(), description="architecture")
+    published: bool = Field(
+        default=True,
+        description="where published weights of this scorer are at hand (see `avs weights list`), use them and do not "
+        "train; there are some for dinov2, CrossScore's",
+    )
+    network: AnyNetwork = Field(default=RepViTSettings(), description="architecture, named by its backbone")
     training: TrainingSettings = Field(default=TrainingSettings(), description="optimisation")
     seed: NonNegativeInt = Field(default=0, description="of the initial weights and of every random choice in training")

@@ -15,7 +15,7 @@ from torch.optim.swa_utils import update_bn
 
 from avs.errors import UserError
 from avs.files import write_json
-from avs.scorer.backbones import BACKBONES, find_weights, fused, open_residual_branches
+from avs.scorer.backbones import build_backbone, find_weights, fused, open_residual_branches
 from avs.scorer.card import model_card
 from avs.scorer.checkpoint import save_network
 from avs.scorer.dataset import Batch, Sampler
@@ -77,7 +77,7 @@ def train(
 
 
 def backbone_source(settings: ScorerSettings) -> Path | None:
-    """Return the file of the backbone's ImageNet weights, or None to begin with random ones.
+    """Return the file of the backbone's pretrained weights, or None to begin with random ones.
 
     Raises:
         UserError: the settings demand pretrained weights, and no local file has them.
@@ -87,8 +87,8 @@ def backbone_source(settings: ScorerSettings) -> Path | None:
         return None
     path = find_weights(settings.network.backbone, training.backbone_tag)
     if path is None and training.backbone_weights == "pretrained":
-        name = f"{settings.network.backbone}.{training.backbone_tag}"
-        raise UserError(name, "no local file of these ImageNet weights", "fetch them, or set backbone_weights: auto")
+        name = ".".join(filter(None, (settings.network.backbone, training.backbone_tag)))
+        raise UserError(name, "no local file of its pretrained weights", "fetch them, or set backbone_weights: auto")
     return path
 
 
@@ -110,7 +110,7 @@ def fit(
         scenes: distortion data to train on.
         held_out: distortion data that only measure the error on the way.
         settings: architecture, optimisation and seed.
-        source: ImageNet weights of the backbone, or None for random ones.
+        source: pretrained weights of the backbone, or None for random ones.
         progress: is told one line at each evaluation.
         device: ``cpu`` or ``cuda``.
 
@@ -189,7 +189,7 @@ def _initial(settings: ScorerSettings, source: Path | None) -> CrossReferenceNet
     network = build_network(settings.network, settings.seed)
     if source is None:
         return network
-    return network.with_backbone(BACKBONES[settings.network.backbone](settings.network.taps, source))
+    return network.with_backbone(build_backbone(settings.network, source))
 
 
 def is_frozen(training: TrainingSettings, source: Path | None) -> bool:

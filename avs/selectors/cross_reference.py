@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,7 +13,7 @@ from pydantic import Field, PositiveInt
 
 from avs.errors import UserError
 from avs.resizing import ResizeSettings
-from avs.scorer.settings import ReferenceSettings
+from avs.scorer.settings import BACKBONE_OF, ReferenceSettings
 from avs.selectors.base import Method, Resources, Selection, Settings, State, choose, render_candidates
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ Image = npt.NDArray[np.uint8]
 
 
 class CrossReferenceSettings(Settings):
-    """Settings of the cross-reference methods; which of RepViT's layers are read is part of the trained weights."""
+    """Settings of the cross-reference methods; the architecture is part of the trained weights."""
 
     references: ReferenceSettings = Field(
         default=ReferenceSettings(), description="captured photographs that a rendering is compared with"
@@ -41,12 +42,22 @@ class CrossReferenceSelector:
     """
 
     def __init__(
-        self, settings: CrossReferenceSettings, resources: Resources, scorer: CrossReferenceScorer | None = None
+        self,
+        settings: CrossReferenceSettings,
+        resources: Resources,
+        scorer: CrossReferenceScorer | None = None,
+        backbone: str | None = None,
     ) -> None:
         """Load the scorer from ``resources.weights``, unless one is given.
 
+        Args:
+            settings: of the method.
+            resources: the weights and the device.
+            scorer: use this one.
+            backbone: the image encoder that the weights must belong to; None for any.
+
         Raises:
-            UserError: the weights are missing or damaged.
+            UserError: the weights are missing, damaged, or of another architecture.
         """
         if scorer is None:
             from avs.scorer.scoring import load_scorer
@@ -55,7 +66,7 @@ class CrossReferenceSelector:
                 raise UserError(
                     "cross-reference selector", "has no weights", "train its scorer and pass its checkpoint"
                 )
-            scorer = load_scorer(resources.weights, settings.resize, settings.batch, resources.device)
+            scorer = load_scorer(resources.weights, settings.resize, settings.batch, resources.device, backbone)
         self._settings = settings
         self._scorer = scorer
         self._tokens: dict[bytes, Tensor] = {}
@@ -116,8 +127,21 @@ METHODS = {
             "five photographs those there are serve, where CrossScore adds black images (option pad)."
         ),
         higher_is_worse=False,
-        build=CrossReferenceSelector,
+        build=partial(CrossReferenceSelector, backbone=BACKBONE_OF["repvit"]),
         settings=CrossReferenceSettings,
         scorer="repvit",
-    )
+    ),
+    "ours-dinov2": Method(
+        label="Ours-DINOv2",
+        group="2D-based",
+        source=(
+            "Active View Selector, arXiv 2506.19844, with CrossScore as published (arXiv 2404.14409): its checkpoint "
+            "where it is at hand, else its architecture trained here; the record tells which. With fewer than five "
+            "photographs as Ours-RepViT; the long side is resized, as the paper says, where CrossScore takes the short."
+        ),
+        higher_is_worse=False,
+        build=partial(CrossReferenceSelector, backbone=BACKBONE_OF["dinov2"]),
+        settings=CrossReferenceSettings,
+        scorer="dinov2",
+    ),
 }

@@ -6,14 +6,14 @@ import torch
 
 from avs.scorer.distortions import Distortions, Moment, coded
 from avs.scorer.network import build_network
-from avs.scorer.settings import NetworkSettings
+from avs.scorer.settings import RepViTSettings
 from metrics.image import ssim_map
 
 
 @pytest.fixture(scope="session")
 def network():
     torch.set_num_threads(1)
-    built = build_network(NetworkSettings(), seed=3).eval()
+    built = build_network(RepViTSettings(), seed=3).eval()
     # Fresh batch norms are the identity: give them statistics, so that what is merged or forgotten shows.
     generator = torch.Generator().manual_seed(4)
     for module in built.backbone.modules():

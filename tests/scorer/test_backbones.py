@@ -4,8 +4,9 @@ from safetensors.torch import save_file
 
 from avs.compatibility import prepare_torchvision
 from avs.errors import UserError
-from avs.scorer.backbones import REPVIT_TAPS, WEIGHTS_VARIABLE, RepViT, find_weights, fused
-from tests.tolerances import FUSED_CONVOLUTIONS
+from avs.scorer.backbones import REPVIT_TAPS, DINOv2, RepViT, find_weights, fused, open_residual_branches
+from avs.weights.cache import VARIABLE
+from tests.tolerances import FLOAT32_TRANSFORMER, FUSED_CONVOLUTIONS
 
 
 @pytest.fixture(scope="module")
@@ -19,7 +20,8 @@ def timm_model():
 
 @pytest.fixture(scope="module")
 def weights(timm_model, tmp_path_factory):
-    path = tmp_path_factory.mktemp("weights") / "repvit_m0_9.dist_450e_in1k.safetensors"
+    path = tmp_path_factory.mktemp("weights") / "timm" / "repvit_m0_9.dist_450e_in1k.safetensors"
+    path.parent.mkdir()
     state = {key: value.contiguous() for key, value in timm_model.state_dict().items()}
     save_file({**state, "head.head.l.weight": torch.zeros(1000, 384)}, path)
     return path
@@ -97,12 +99,55 @@ def test_fused_backbone_computes_the_same(taps, network):
 
 
 def test_weights_are_found_without_the_network(weights, monkeypatch, tmp_path):
-    monkeypatch.setenv("HF_HUB_CACHE", str(tmp_path))
-    monkeypatch.delenv(WEIGHTS_VARIABLE, raising=False)
     monkeypatch.setattr("socket.socket.connect", lambda *_: pytest.fail("used the network"))
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
     assert find_weights("repvit_m0_9", "no_such_tag") is None
-    monkeypatch.setenv(WEIGHTS_VARIABLE, str(weights.parent))
-    assert find_weights("repvit_m0_9", "dist_450e_in1k") == weights
+    monkeypatch.setenv(VARIABLE, str(weights.parent.parent))
+    assert find_weights("repvit_m0_9") == weights
+    other = weights.with_name("repvit_m0_9.other.safetensors")
+    other.write_bytes(b"")
+    assert find_weights("repvit_m0_9", "other") == other
+
+
+def test_weights_that_changed_since_their_download_are_refused(weights, monkeypatch):
+    monkeypatch.setenv(VARIABLE, str(weights.parent.parent))
+    record = weights.with_name(f"{weights.name}.sha256")
+    record.write_text(f"{'0' * 64}  {weights.name}\n")
+    try:
+        with pytest.raises(UserError, match="its SHA-256 starts with"):
+            find_weights("repvit_m0_9")
+    finally:
+        record.unlink()
+
+
+def test_dinov2_reads_timms_weights_and_keeps_its_layout(tmp_path):
+    """timm's own model gives the same tokens at 518 pixels, where no position embedding is resized."""
+    prepare_torchvision()
+    import timm
+
+    torch.manual_seed(0)
+    model = timm.create_model("vit_small_patch14_dinov2", pretrained=False, num_classes=0).eval()
+    path = tmp_path / "weights.safetensors"
+    save_file({**model.state_dict(), "mask_token": torch.zeros(1, 384)}, path)
+    backbone = DINOv2(path).eval()
+    images = torch.rand(1, 3, 518, 518, generator=torch.Generator().manual_seed(1))
+    with torch.inference_mode():
+        expected = model.forward_features(images)[:, 1:]
+        (actual,) = backbone(images)
+    assert actual.shape == (1, 384, 37, 37)
+    torch.testing.assert_close(actual.flatten(2).transpose(1, 2), expected, rtol=0, atol=FLOAT32_TRANSFORMER)
+
+
+def test_tokens_of_a_random_dinov2_differ_from_one_another():
+    """Its features must not fade away when it stays random: over the tokens they vary about as much as in size."""
+    torch.manual_seed(0)
+    backbone = DINOv2().eval()
+    open_residual_branches(backbone)
+    images = torch.randn(2, 3, 98, 98, generator=torch.Generator().manual_seed(1))
+    with torch.inference_mode():
+        (features,) = backbone(images)
+    tokens = features.flatten(2).transpose(1, 2).flatten(0, 1)
+    assert float(tokens.std(dim=0).mean()) > 0.3 * float(tokens.square().mean().sqrt())
 
 
 def test_damaged_or_foreign_weights_are_refused(weights, tmp_path):

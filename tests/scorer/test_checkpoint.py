@@ -7,6 +7,8 @@ import torch
 from avs.errors import UserError
 from avs.scorer.checkpoint import load_network, save_network
 
+REPVIT = {"backbone": "repvit_m0_9"}
+
 
 @pytest.fixture(scope="module")
 def saved(network, tmp_path_factory):
@@ -36,15 +38,15 @@ def _write(path, state, header):
 
 def test_bad_files_are_refused_with_one_line(saved, tmp_path):
     state = safetensors.torch.load_file(saved)
-    header = {"format": "avs-cross-reference-1", "settings": {}}
+    header = {"format": "avs-cross-reference-1", "settings": REPVIT}
     (tmp_path / "truncated").write_bytes(saved.read_bytes()[: saved.stat().st_size // 2])
     (tmp_path / "no_safetensors").write_bytes(b"\x80\x04pickle" * 50)
     (tmp_path / "empty").write_bytes(b"")
     safetensors.torch.save_file({"x": torch.zeros(1)}, tmp_path / "foreign")
     _write(tmp_path / "other_format", state, {**header, "format": "avs-cross-reference-9"})
-    _write(tmp_path / "other_shapes", state, {**header, "settings": {"channels": 128}})
+    _write(tmp_path / "other_shapes", state, {**header, "settings": {**REPVIT, "channels": 128}})
     _write(tmp_path / "missing_weight", {k: v for k, v in state.items() if k != "head.0.weight"}, header)
-    _write(tmp_path / "unknown_setting", state, {**header, "settings": {"depth": 3}})
+    _write(tmp_path / "unknown_setting", state, {**header, "settings": {**REPVIT, "depth": 3}})
     names = [path.name for path in tmp_path.iterdir()]
     assert len(names) == 8
     for name in (*names, "absent"):

@@ -7,7 +7,7 @@ import torch
 from avs.scorer.backbones import fused
 from avs.scorer.network import DecoderLayer, build_network
 from avs.scorer.positions import PositionCodes
-from avs.scorer.settings import NetworkSettings
+from avs.scorer.settings import RepViTSettings
 from tests.tolerances import FLOAT32_NETWORK
 
 
@@ -212,10 +212,10 @@ def test_position_codes_are_fixed_and_stored():
 def test_weights_depend_on_the_seed_alone():
     torch.manual_seed(9)
     before = torch.get_rng_state()
-    first = build_network(NetworkSettings(), seed=1).state_dict()
+    first = build_network(RepViTSettings(), seed=1).state_dict()
     assert torch.equal(torch.get_rng_state(), before)
     torch.manual_seed(10)
-    second = build_network(NetworkSettings(), seed=1).state_dict()
+    second = build_network(RepViTSettings(), seed=1).state_dict()
     assert all(torch.equal(first[key], second[key]) for key in first)
     layers = [first[f"decoder.{i}.feed_forward.0.weight"] for i in range(2)]
     assert not torch.equal(*layers)

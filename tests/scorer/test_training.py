@@ -7,12 +7,13 @@ import torch
 from avs.compatibility import prepare_torchvision
 from avs.errors import UserError
 from avs.resizing import ResizeSettings
-from avs.scorer.backbones import WEIGHTS_VARIABLE, RepViT
+from avs.scorer.backbones import RepViT
 from avs.scorer.checkpoint import load_network
 from avs.scorer.distortions import write_distortions
 from avs.scorer.network import build_network
 from avs.scorer.settings import ScorerSettings, TrainingSettings
 from avs.scorer.training import train
+from avs.weights.cache import VARIABLE
 
 SETTINGS = ScorerSettings(
     training=TrainingSettings(
@@ -89,13 +90,14 @@ def test_random_backbone_is_trained_unless_told_otherwise(paths, tmp_path):
 
 
 def test_pretrained_backbone_is_frozen_as_it_is(paths, tmp_path, monkeypatch):
-    path = tmp_path / "repvit_m0_9.dist_450e_in1k.safetensors"
+    path = tmp_path / "timm" / "repvit_m0_9.dist_450e_in1k.safetensors"
+    path.parent.mkdir()
     prepare_torchvision()
     import timm
 
     model = timm.create_model("repvit_m0_9", num_classes=0)
     safetensors.torch.save_file({key: value.contiguous() for key, value in model.state_dict().items()}, path)
-    monkeypatch.setenv(WEIGHTS_VARIABLE, str(tmp_path))
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
     weights, card, _ = _train(
         paths, tmp_path / "out", _settings(backbone_weights="auto", backbone_frozen=None, steps=2, evaluations=1)
     )
