@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol, TypeVar, cast, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, TypeVar, cast, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +13,9 @@ import numpy.typing as npt
 from avs.cameras import Cameras
 from avs.errors import UserError
 from avs.views import Views
+
+if TYPE_CHECKING:
+    from torch import Tensor
 
 FloatImages = npt.NDArray[np.float32]
 
@@ -93,6 +96,101 @@ class HasFisherDiagonal(Protocol):
             cameras: the cameras, of any sizes.
             chain: how the derivative of an activation enters: ``once`` as FisherRF's code has it, ``squared`` as the
                 diagonal of the Gauss-Newton matrix has it.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class PrimitiveParameter:
+    """A number more that each primitive has and the optimisation learns.
+
+    It follows the primitives as their other parameters do: copied when one is cloned or split, and removed with it.
+
+    Attributes:
+        initial: its value at the start.
+        learning_rate: of Adam; None is the rate of the primitives' opacities.
+    """
+
+    initial: float
+    learning_rate: float | None = None
+
+
+class Extension(Protocol):
+    """What a method adds to the optimisation of a reconstruction: parameters, and a data term in the place of L1.
+
+    Attributes:
+        parameters: what is learned for each primitive, by name.
+        attenuated: whether a variance is blended with the square of alpha_i T_{i+1} in the place of alpha_i T_i, T_i
+            being the transmittance in front of primitive i.
+    """
+
+    @property
+    def parameters(self) -> Mapping[str, PrimitiveParameter]:
+        """See above."""
+        ...
+
+    @property
+    def attenuated(self) -> bool:
+        """See above."""
+        ...
+
+    def variances(self, values: Mapping[str, Tensor]) -> Tensor:
+        """Return the primitives' variances ``[n]``, positive, from the values ``[n]`` of ``parameters``."""
+        ...
+
+    def data_term(self, image: Tensor, variance: Tensor, photograph: Tensor) -> Tensor:
+        """Return how badly a rendering fits its photograph, a scalar; D-SSIM is added to it as in 3DGS.
+
+        Args:
+            image: ``[height, width, 3]`` float32, not clamped.
+            variance: ``[height, width]``, the sum over primitives of their variance times their squared weight.
+            photograph: ``[height, width, 3]`` float32 in 0..1.
+        """
+        ...
+
+
+@runtime_checkable
+class TakesExtension(Protocol):
+    """Capability ``extend``."""
+
+    def extend(self, extension: Extension) -> None:
+        """Optimise by ``extension`` from here on; only before the first step, and once.
+
+        Raises:
+            ValueError: it is too late, or there is an extension already.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class VarianceReduction:
+    """How the variance that a view removes is counted (ActiveNeRF, arXiv 2209.08546, equations 12 to 15).
+
+    With V = constant + sum_i w_i^2 beta_i, a primitive's variance becomes 1 / (1 / beta_i + w_i^2 / V) once the pixel
+    has been seen.
+
+    Attributes:
+        constant: added to the variance of each pixel.
+        weighted: whether the variance of pixels is counted, V - sum_i w_i^2 / (1 / beta_i + w_i^2 / V), or that of the
+            primitives in it, sum_i beta_i - sum_i 1 / (1 / beta_i + w_i^2 / V).
+        saturated: whether nothing is left after the view in a pixel whose blending ended before its last primitive
+            because hardly any light was left.
+    """
+
+    constant: float
+    weighted: bool
+    saturated: bool
+
+
+@runtime_checkable
+class HasVarianceReduction(Protocol):
+    """Capability ``variance_reduction``, of a representation that was extended."""
+
+    def variance_reduction(self, cameras: Cameras, rule: VarianceReduction) -> npt.NDArray[np.float64]:
+        """Return, for each of n cameras of any sizes, the variance that its view removes, summed over pixels: ``[n]``.
+
+        Raises:
+            ValueError: there is no extension.
         """
         ...
 

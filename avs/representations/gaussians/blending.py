@@ -46,11 +46,12 @@ def live_blocks(transmittance: Floats, base: int) -> int:
 @inline
 def _blend_tile(
     records: Floats, entries: Integers, start: int, end: int, x: Number, y: Number, channels: tuple[int, ...],
-    live: int, transmittance: Floats, base: int, pixels: Floats,
+    squares: tuple[int, ...], share: float, live: int, transmittance: Floats, base: int, pixels: Floats,
 ) -> int:  # fmt: skip
     """Blend a list into a tile; ``x`` and ``y`` are the pixel centres of its first block. Return the live blocks."""
     flat = records.reshape(-1)
     width = records.shape[1]
+    planes = len(channels) + len(squares)
     for e in range(start, end):
         prefetch(flat, entries[min(e + PREFETCH, end - 1)] * width)
         at = entries[e] * width
@@ -79,8 +80,13 @@ def _blend_tile(
                     store(transmittance, base + block * LANES, where(blended, onward, where(stops, -light, light)))
                     stopped = True
                 for c in range(len(channels)):
-                    at_pixel = (base * len(channels)) + c * PIXELS + block * LANES
+                    at_pixel = base * planes + c * PIXELS + block * LANES
                     store(pixels, at_pixel, fma(weight, flat[at + COLOR + c], load(pixels, at_pixel)))
+                for c in range(len(squares)):
+                    at_pixel = base * planes + (len(channels) + c) * PIXELS + block * LANES
+                    own = weight * (1.0 - share * alpha)
+                    value = flat[at + COLOR + len(channels) + c]
+                    store(pixels, at_pixel, fma(own * own, value, load(pixels, at_pixel)))
         if stopped:
             live = live_blocks(transmittance, base)
             if live == 0:
@@ -90,7 +96,7 @@ def _blend_tile(
 
 @kernel
 def blend(
-    records: Floats, channels: tuple[int, ...], width: int, height: int,
+    records: Floats, channels: tuple[int, ...], squares: tuple[int, ...], share: float, width: int, height: int,
 ) -> tuple[Floats, Floats, Integers, Integers]:  # fmt: skip
     """Render one camera.
 
@@ -100,17 +106,20 @@ def blend(
     Args:
         records: from :func:`~avs.representations.gaussians.records.pack_records`.
         channels: a tuple of as many numbers as there are channels; its length is known when the kernel is compiled.
+        squares: the same for the channels after those, which are blended with squared weights.
+        share: the weight that is squared is alpha T (1 - share alpha), T being the transmittance in front: 0 for the
+            weight of the other channels, 1 for one with the light behind the Gaussian in the place of T.
         width: image width in pixels.
         height: image height in pixels.
 
     Returns:
         Transmittances ``[tiles * 64]`` (negative where a pixel stopped; meaningless outside the image), blended
-        channels ``[tiles * channels * 64]``, tile lists and their offsets ``[chunks, tiles + 1]``.
+        channels ``[tiles * (channels + squares) * 64]``, tile lists and their offsets ``[chunks, tiles + 1]``.
     """
     columns, rows = (width + TILE - 1) // TILE, (height + TILE - 1) // TILE
     tiles = columns * rows
     transmittance = aligned_full(tiles * PIXELS, 1.0)
-    pixels = aligned_full(tiles * PIXELS * len(channels), 0.0)
+    pixels = aligned_full(tiles * PIXELS * (len(channels) + len(squares)), 0.0)
     live = np.full(tiles, (1 << BLOCKS) - 1, np.uint8)
     for tile in range(tiles):
         x, y = TILE * (tile % columns), TILE * (tile // columns)
@@ -139,7 +148,7 @@ def blend(
                 live[tile] = _blend_tile(
                     records, entries, start, end,
                     column + np.float32(TILE * (tile % columns)), row + np.float32(TILE * (tile // columns)),
-                    channels, live[tile], transmittance, tile * PIXELS, pixels,
+                    channels, squares, share, live[tile], transmittance, tile * PIXELS, pixels,
                 )  # fmt: skip
         chunk += 1
     return transmittance, pixels, entries[:used], offsets[: chunk * (tiles + 1)].reshape((chunk, tiles + 1))

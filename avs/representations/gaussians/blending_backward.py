@@ -5,6 +5,9 @@ the pixel's channels and alpha), the sum R = sum_j w_j u_j is known from the ren
 
     dL/d alpha_i = T_i u_i - (R - sum_{j <= i} w_j u_j) / (1 - alpha_i).
 
+A channel of squared weights, sum_j c_j w'_j^2 with w'_j = w_j (1 - s alpha_j), adds w'_j u'_j, u'_j = 2 c_j w'_j v, to
+the terms of both sums, and T_i (1 - 2 s alpha_i) u'_i to the first term.
+
 So no list of blended Gaussians is kept and no transmittance is divided out; the opacities are recomputed by the very
 expressions of the forward pass, and each pixel stops where it stopped there.
 
@@ -30,8 +33,8 @@ from avs.representations.gaussians.simd import LANES, absolute, any_of, broadcas
 from avs.representations.gaussians.simd_memory import add_row_sums, aligned_empty, aligned_full, load, prefetch, store
 from avs.representations.gaussians.tiles import TILE
 
-# Columns of the sums kept for each Gaussian; from CHANNELS on the gradients of the channels, then the absolute
-# gradients.
+# Columns of the sums kept for each Gaussian; from CHANNELS on the gradients of the channels, plain ones before those of
+# squared weights, then the absolute gradients.
 SUM, SUM_X, SUM_Y, SUM_XX, SUM_XY, SUM_YY, CHANNELS = 0, 1, 2, 3, 4, 5, 6
 
 # Layout of a tile's scratch memory: transmittance, remaining sum, gradient of alpha and gradients of the channels of
@@ -41,18 +44,19 @@ _LIGHT, _REST, _V_ALPHA, _V_COLOR = 0, PIXELS, 2 * PIXELS, 3 * PIXELS
 
 @inline
 def _load_tile(
-    scratch: Floats, channels: tuple[int, ...], tile: int, x: Number, y: Number, transmittance: Floats,
-    pixels: Floats, background: Floats, v_image: Floats, v_alpha: Floats,
+    scratch: Floats, channels: tuple[int, ...], squares: tuple[int, ...], tile: int, x: Number, y: Number,
+    transmittance: Floats, pixels: Floats, background: Floats, v_image: Floats, v_alpha: Floats,
 ) -> int:  # fmt: skip
     """Fill the scratch memory for a tile whose first pixel is (x, y). Return the live blocks."""
     height, width = v_alpha.shape
+    planes = len(channels) + len(squares)
     live = 0
     for p in range(PIXELS):
         column, row = x + p % TILE, y + p // TILE
         if column >= width or row >= height:
             scratch[_LIGHT + p] = np.float32(-1.0)
             scratch[_REST + p] = scratch[_V_ALPHA + p] = np.float32(0.0)
-            for c in range(len(channels)):
+            for c in range(planes):
                 scratch[_V_COLOR + c * PIXELS + p] = np.float32(0.0)
             continue
         live |= 1 << (p // LANES)
@@ -62,7 +66,11 @@ def _load_tile(
             v_channel = v_image[row, column, c]
             scratch[_V_COLOR + c * PIXELS + p] = v_channel
             v -= v_channel * background[c]
-            rest += v_channel * pixels[(tile * len(channels) + c) * PIXELS + p]
+            rest += v_channel * pixels[(tile * planes + c) * PIXELS + p]
+        for c in range(len(channels), planes):
+            v_channel = v_image[row, column, c]
+            scratch[_V_COLOR + c * PIXELS + p] = v_channel
+            rest += np.float32(2.0) * v_channel * pixels[(tile * planes + c) * PIXELS + p]
         scratch[_LIGHT + p] = np.float32(1.0)
         scratch[_V_ALPHA + p] = v
         scratch[_REST + p] = rest + v * (np.float32(1.0) - abs(transmittance[tile * PIXELS + p]))
@@ -72,15 +80,16 @@ def _load_tile(
 @inline
 def _gradients_of_tile(
     records: Floats, entries: Integers, start: int, end: int, x: Number, y: Number, channels: tuple[int, ...],
-    like: tuple[int, ...], live: int, scratch: Floats, sums: Floats,
+    squares: tuple[int, ...], share: float, like: tuple[int, ...], live: int, scratch: Floats, sums: Floats,
 ) -> int:  # fmt: skip
     """Add a list's gradients to ``sums``. Return the live blocks."""
     flat, flat_sums = records.reshape(-1), sums.reshape(-1)
     width = records.shape[1]
-    rows = _V_COLOR + len(channels) * PIXELS
+    planes = len(channels) + len(squares)
+    rows = _V_COLOR + planes * PIXELS
     row_of_color = rows + CHANNELS * LANES
-    row_of_absolute = row_of_color + len(channels) * LANES
-    absgrad = len(like) > CHANNELS + len(channels)
+    row_of_absolute = row_of_color + planes * LANES
+    absgrad = len(like) > CHANNELS + planes
     for e in range(start, end):
         ahead = entries[min(e + PREFETCH, end - 1)]
         prefetch(flat, ahead * width)
@@ -97,7 +106,7 @@ def _gradients_of_tile(
         sum_yy = broadcast(0.0)
         absolute_x = broadcast(0.0)
         absolute_y = broadcast(0.0)
-        for c in range(len(channels)):
+        for c in range(planes):
             store(scratch, row_of_color + c * LANES, broadcast(0.0))
         for block in range(BLOCKS):
             if not live & (1 << block):
@@ -127,8 +136,17 @@ def _gradients_of_tile(
                     at_sum = row_of_color + c * LANES
                     store(scratch, at_sum, fma(weight, v_channel, load(scratch, at_sum)))
                 rest = load(scratch, _REST + here) - weight * inner
+                v_alpha = onward * inner
+                for c in range(len(channels), planes):
+                    v_channel = load(scratch, _V_COLOR + c * PIXELS + here)
+                    own = weight * (1.0 - share * alpha)
+                    at_sum = row_of_color + c * LANES
+                    store(scratch, at_sum, fma(own * own, v_channel, load(scratch, at_sum)))
+                    by_own = own * v_channel * (2.0 * flat[at + COLOR + c])
+                    rest = rest - own * by_own
+                    v_alpha = v_alpha + onward * (1.0 - 2.0 * share * alpha) * by_own
                 store(scratch, _REST + here, rest)
-                v_alpha = (onward * inner - rest) / (1.0 - alpha)
+                v_alpha = (v_alpha - rest) / (1.0 - alpha)
                 g = where(blended & (unclamped <= ALPHA_MAX), alpha * v_alpha, 0.0)
                 g_y = g * dy
                 sum_0 = sum_0 + g
@@ -159,18 +177,19 @@ def _gradients_of_tile(
 @kernel
 def blend_backward(
     records: Floats, entries: Integers, offsets: Integers, transmittance: Floats, pixels: Floats,
-    channels: tuple[int, ...], like: tuple[int, ...], background: Floats, v_image: Floats, v_alpha: Floats,
+    channels: tuple[int, ...], squares: tuple[int, ...], share: float, like: tuple[int, ...],
+    background: Floats, v_image: Floats, v_alpha: Floats,
 ) -> Floats:  # fmt: skip
     """Return, per record, the sums named by ``SUM`` to ``SUM_YY``, the gradients of the channels, and |x|, |y|.
 
     The last two, sums over pixels of the absolute gradients of the centre, only where the tuple ``like`` is long enough
-    for them: ``CHANNELS + channels + 2``.
+    for them: ``CHANNELS + channels + squares + 2``.
     """
     height, width = v_alpha.shape
     columns, rows = (width + TILE - 1) // TILE, (height + TILE - 1) // TILE
     width_of_sums = (len(like) + LANES - 1) // LANES * LANES
     sums: Floats = aligned_full(len(records) * width_of_sums, 0.0).reshape((len(records), width_of_sums))
-    scratch = aligned_empty(_V_COLOR + len(channels) * PIXELS + len(like) * LANES)
+    scratch = aligned_empty(_V_COLOR + (len(channels) + len(squares)) * PIXELS + len(like) * LANES)
     column, row = pixel_centres()
     for tile in range(columns * rows):
         x, y = TILE * (tile % columns), TILE * (tile // columns)
@@ -181,11 +200,11 @@ def blend_backward(
                 continue
             if live < 0:
                 live = _load_tile(
-                    scratch, channels, tile, x, y, transmittance, pixels, background, v_image, v_alpha
+                    scratch, channels, squares, tile, x, y, transmittance, pixels, background, v_image, v_alpha
                 )  # fmt: skip
             live = _gradients_of_tile(
                 records, entries, start, end, column + np.float32(x), row + np.float32(y),
-                channels, like, live, scratch, sums,
+                channels, squares, share, like, live, scratch, sums,
             )  # fmt: skip
     return sums
 

@@ -26,21 +26,22 @@ class _Blend(torch.autograd.Function):
         depths: Tensor,
         backgrounds: Tensor | None,
         radii: Tensor,
-        options: tuple[int, int, bool, bool],
+        options: tuple[int, int, bool, bool, float | None],
     ) -> tuple[Tensor, Tensor]:
-        width, height, with_depth, _ = options
+        width, height, with_depth, _, share = options
         cameras = len(means2d)
-        channels = (0,) * (colors.shape[-1] + with_depth)
-        images = torch.empty(cameras, height, width, len(channels))
+        channels, squares = _split(colors.shape[-1] + with_depth, share)
+        planes = channels + squares
+        images = torch.empty(cameras, height, width, len(planes))
         alphas = torch.empty(cameras, height, width, 1)
         kept = []
         for c in range(cameras):
             splats = _splats(c, means2d, conics, opacities, colors, depths)
             order = depth_order(splats[4], radii[c].numpy())
             records = pack_records(order, *splats, radii[c].numpy(), with_depth)
-            blended = blend(records, channels, width, height)
-            background = _background(backgrounds, c, channels)
-            to_image(*blended[:2], channels, background, images[c].numpy(), alphas[c, :, :, 0].numpy())
+            blended = blend(records, channels, squares, share or 0.0, width, height)
+            background = _background(backgrounds, c, planes)
+            to_image(*blended[:2], planes, background, images[c].numpy(), alphas[c, :, :, 0].numpy())
             kept.append((order, records, *blended))
         ctx.kept, ctx.options = kept, options
         ctx.save_for_backward(means2d, conics, opacities, colors, depths, backgrounds)
@@ -49,7 +50,9 @@ class _Blend(torch.autograd.Function):
     @staticmethod
     def backward(ctx: Context, v_images: Tensor, v_alphas: Tensor) -> tuple[Tensor | None, ...]:
         means2d, conics, opacities, colors, depths, backgrounds = ctx.saved_tensors
-        width, height, with_depth, absgrad = ctx.options
+        width, height, with_depth, absgrad, share = ctx.options
+        channels, squares = _split(v_images.shape[-1], share)
+        planes = channels + squares
         v_means2d, v_conics = torch.zeros_like(means2d), torch.zeros_like(conics)
         v_absolute = torch.zeros_like(means2d) if absgrad else v_means2d
         v_opacities, v_colors = torch.zeros_like(opacities), torch.zeros_like(colors)
@@ -57,10 +60,10 @@ class _Blend(torch.autograd.Function):
         v_images, v_alphas = v_images.contiguous(), v_alphas.contiguous()
         for c in range(len(means2d)):
             order, records, transmittance, pixels, entries, offsets = ctx.kept[c]
-            channels = (0,) * v_images.shape[-1]
             sums = blend_backward(
-                records, entries, offsets, transmittance, pixels, channels, (0,) * (CHANNELS + len(channels) + 2 *
-                absgrad), _background(backgrounds, c, channels), v_images[c].numpy(), v_alphas[c, :, :, 0].numpy(),
+                records, entries, offsets, transmittance, pixels, channels, squares, share or 0.0,
+                (0,) * (CHANNELS + len(planes) + 2 * absgrad), _background(backgrounds, c, planes),
+                v_images[c].numpy(), v_alphas[c, :, :, 0].numpy(),
             )  # fmt: skip
             _, conic, opacity, _, _ = _splats(c, means2d, conics, opacities, colors, depths)
             _, _, v_opacity, v_color, v_depth = _splats(c, means2d, conics, v_opacities, v_colors, v_depths)
@@ -93,6 +96,12 @@ def _background(backgrounds: Tensor | None, camera: int, channels: tuple[int, ..
     return values
 
 
+def _split(planes: int, share: float | None) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Return tuples as long as there are plain channels, and channels of squared weights."""
+    squares = 0 if share is None else 1
+    return (0,) * (planes - squares), (0,) * squares
+
+
 def _light(transmittance: Floats, width: int, height: int) -> Tensor:
     """Return the transmittance of one camera's pixels as an image ``[H, W]``."""
     columns = (width + TILE - 1) // TILE
@@ -112,6 +121,7 @@ def composite(
     height: int,
     with_depth: bool,
     absgrad: bool,
+    share: float | None = None,
 ) -> tuple[Tensor, Tensor]:
     """Blend projected Gaussians from near to far into C images.
 
@@ -127,10 +137,13 @@ def composite(
         height: image height in pixels.
         with_depth: whether depth is blended as the last channel.
         absgrad: whether the sums over pixels of the absolute gradients of the centres are taken (AbsGS).
+        share: where it is given, the last of the D columns is blended with squared weights, see
+            :func:`~avs.representations.gaussians.blending.blend`; not together with depth.
 
     Returns:
         Images ``[C, H, W, D + with_depth]`` and accumulated opacities ``[C, H, W, 1]``.
     """
-    options = (width, height, with_depth, absgrad)
+    assert share is None or not with_depth
+    options = (width, height, with_depth, absgrad, share)
     result = _Blend.apply(means2d, conics, opacities, colors, depths, backgrounds, radii, options)  # type: ignore[no-untyped-call]
     return cast("tuple[Tensor, Tensor]", result)

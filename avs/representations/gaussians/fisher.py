@@ -101,7 +101,7 @@ def fisher_diagonal(
     order = depth_order(depths[0].numpy(), radii[0].numpy())
     summed = colors.sum(dim=1, keepdim=True).numpy()
     records = pack_records(order, image, conic, effective, summed, depths[0].numpy(), radii[0].numpy(), False)
-    transmittance, pixels, entries, offsets = blend(records, (0,), width, height)
+    transmittance, pixels, entries, offsets = blend(records, (0,), (), 0.0, width, height)
     behind = np.float32(0.0 if background is None else float(background.sum()))
     moments = second_moments(records, entries, offsets, transmittance, pixels, behind, width, height)
     result = FisherDiagonal(*(torch.zeros_like(x) for x in (means, scales, quats, opacities, sh_coefficients)))

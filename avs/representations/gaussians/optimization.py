@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
 
+from avs.representations.base import PrimitiveParameter
 from avs.representations.gaussians.adam import Adam
 from avs.representations.gaussians.parameters import Parameters
 from avs.representations.gaussians.settings import GaussianSettings, LearningRates
@@ -12,17 +15,35 @@ Optimizers = dict[str, Adam]
 
 CHANNELS = 3
 
+_NOTHING: Mapping[str, PrimitiveParameter] = MappingProxyType({})
 
-def create_optimizers(parameters: Parameters, settings: GaussianSettings, extent: float) -> Optimizers:
-    """Return one optimiser per parameter, without moments; positions have a rate in units of the scene ``extent``."""
+
+def create_optimizers(
+    parameters: Parameters,
+    settings: GaussianSettings,
+    extent: float,
+    extra: Mapping[str, PrimitiveParameter] = _NOTHING,
+) -> Optimizers:
+    """Return one optimiser per parameter, without moments.
+
+    Args:
+        parameters: the tensors.
+        settings: of the reconstruction.
+        extent: of the scene; positions have a rate in units of it.
+        extra: those of ``parameters`` that are not of 3DGS.
+    """
     rates, epsilon = settings.learning_rates, settings.adam_epsilon
-    return {
+    optimizers = {
         "means": Adam(parameters["means"], rates.means * extent, epsilon),
         "scales": Adam(parameters["scales"], rates.scales, epsilon),
         "quats": Adam(parameters["quats"], rates.quats, epsilon),
         "opacities": Adam(parameters["opacities"], rates.opacities, epsilon),
         "sh": Adam(parameters["sh"], rates.f_dc, epsilon, rest=(CHANNELS, rates.f_rest)),
     }
+    for name, parameter in extra.items():
+        rate = rates.opacities if parameter.learning_rate is None else parameter.learning_rate
+        optimizers[name] = Adam(parameters[name], rate, epsilon)
+    return optimizers
 
 
 def follow_schedules(optimizers: Optimizers, settings: GaussianSettings, extent: float, step: int) -> int:

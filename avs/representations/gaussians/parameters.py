@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 import torch
 from torch.nn import Parameter
 
+from avs.representations.base import PrimitiveParameter
 from avs.representations.gaussians.initialization import SH_DEGREE_0, PointCloud, initial_scales
 
 Parameters = dict[str, Parameter]
@@ -37,3 +39,16 @@ def create_parameters(cloud: PointCloud, opacity: float, sh_degree: int, device:
         "sh": harmonics,
     }
     return {name: Parameter(torch.tensor(values[name], dtype=torch.float32, device=device)) for name in NAMES}
+
+
+def extend_parameters(parameters: Parameters, extra: Mapping[str, PrimitiveParameter]) -> None:
+    """Add one number ``[n]`` per Gaussian for each of ``extra``, at its initial value, to ``parameters`` in place.
+
+    Raises:
+        ValueError: a name is taken.
+    """
+    means = parameters["means"]
+    for name, one in extra.items():
+        if name in parameters:
+            raise ValueError(f"parameter {name} is there already")
+        parameters[name] = Parameter(torch.full((len(means),), one.initial, device=means.device))

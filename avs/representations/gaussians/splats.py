@@ -14,16 +14,18 @@ from torch import Tensor
 
 from avs.cameras import Cameras, IndexArray
 from avs.errors import UserError
-from avs.representations.base import Rendering
+from avs.representations.base import Extension, Rendering, VarianceReduction
 from avs.representations.gaussians.checkpoint import CheckpointState, read_checkpoint, write_checkpoint
 from avs.representations.gaussians.densification import STATISTICS, DensityControl
 from avs.representations.gaussians.information import parameter_fisher
 from avs.representations.gaussians.initialization import PointCloud, initial_points
-from avs.representations.gaussians.losses import Target, photometric_loss, prepare_target
+from avs.representations.gaussians.losses import Target, prepare_target
+from avs.representations.gaussians.objective import ExtendedObjective, Objective, PhotometricObjective
 from avs.representations.gaussians.optimization import active_degree, create_optimizers, follow_schedules
-from avs.representations.gaussians.parameters import NAMES, Parameters, create_parameters
+from avs.representations.gaussians.parameters import NAMES, Parameters, create_parameters, extend_parameters
 from avs.representations.gaussians.rasterizer import rasterization
 from avs.representations.gaussians.settings import GaussianSettings
+from avs.representations.gaussians.variance import variance_reductions
 from avs.scene import Scene
 from avs.views import Views
 
@@ -53,12 +55,12 @@ def build(scene: Scene, captured: IndexArray, settings: GaussianSettings, seed: 
 
 
 class GaussianSplats:
-    """Trainable 3D Gaussians; a ``Representation`` with the capability ``HasFisherDiagonal``.
+    """Trainable 3D Gaussians; a ``Representation`` with every capability of ``avs.representations.base``.
 
     Attributes:
         settings: of the reconstruction.
         extent: of the scene, which positions' rates and thresholds are relative to.
-        parameters: the trainable tensors, see ``parameters.py``.
+        parameters: the trainable tensors, see ``parameters.py``, and those of an extension.
         iteration: optimisation steps done so far.
     """
 
@@ -78,6 +80,7 @@ class GaussianSplats:
         self.parameters: Parameters = create_parameters(
             cloud, settings.points.opacity, settings.sh_degree, self._device
         )
+        self._objective: Objective = PhotometricObjective(settings.ssim_weight)
         self._optimizers = create_optimizers(self.parameters, settings, extent)
         self._density = DensityControl(settings.densification, extent)
         self._background = torch.tensor([settings.background], dtype=torch.float32, device=self._device)
@@ -94,6 +97,18 @@ class GaussianSplats:
     def sh_degree(self) -> int:
         """Degree of the spherical harmonics in use."""
         return active_degree(self.settings, self.iteration)
+
+    def extend(self, extension: Extension) -> None:
+        """Optimise by the loss of ``extension``, and learn its parameters; only before the first step, and once.
+
+        Raises:
+            ValueError: it is too late, or there is an extension already.
+        """
+        if self.iteration or self._objective.parameters:
+            raise ValueError("an extension comes before the first step, and only one")
+        self._objective = ExtendedObjective(extension, self.settings.ssim_weight)
+        extend_parameters(self.parameters, extension.parameters)
+        self._optimizers = create_optimizers(self.parameters, self.settings, self.extent, extension.parameters)
 
     def fit(self, views: Views, iterations: int) -> None:
         """Optimise on ``views`` for ``iterations`` more steps, one view each.
@@ -142,6 +157,18 @@ class GaussianSplats:
         """Yield the diagonal Fisher information of one camera after another: see ``information.parameter_fisher``."""
         return parameter_fisher(self.parameters, cameras, self.sh_degree, self.settings.background, chain)
 
+    def variance_reduction(self, cameras: Cameras, rule: VarianceReduction) -> npt.NDArray[np.float64]:
+        """Return the variance that each camera's view removes, ``[n]``: see ``variance.variance_reductions``.
+
+        Raises:
+            ValueError: there is no extension.
+        """
+        if not isinstance(self._objective, ExtendedObjective):
+            raise ValueError("the variance is learned by an extension, and there is none")
+        with torch.no_grad():
+            variances = self._objective.variances(self.parameters)
+        return variance_reductions(self.parameters, variances, cameras, self._objective.extension.attenuated, rule)
+
     def save(self, path: Path) -> None:
         """Write parameters, optimiser moments, density statistics, counters and the generator's state to ``path``."""
         tensors: dict[str, Tensor] = dict(self.parameters)
@@ -169,11 +196,14 @@ class GaussianSplats:
             UserError: the file cannot be read, or is of other settings or another scene.
         """
         tensors, state = read_checkpoint(path)
+        names = (*NAMES, *self._objective.parameters)
+        if set(state.adam_steps) != set(names):
+            raise UserError(path, f"has not the parameters {', '.join(names)}", "fit again with this method")
         if state.settings != self.settings or state.extent != self.extent:
             raise UserError(path, "was written with other settings or for another scene", "fit again")
         tensors = {name: tensor.to(self._device) for name, tensor in tensors.items()}
-        self.parameters = {name: torch.nn.Parameter(tensors[name]) for name in NAMES}
-        self._optimizers = create_optimizers(self.parameters, self.settings, self.extent)
+        self.parameters = {name: torch.nn.Parameter(tensors[name]) for name in names}
+        self._optimizers = create_optimizers(self.parameters, self.settings, self.extent, self._objective.parameters)
         for name, optimizer in self._optimizers.items():
             if state.adam_steps[name]:
                 moments = {key: tensors[f"{name}.{key}"] for key in ("exp_avg", "exp_avg_sq")}
@@ -197,8 +227,7 @@ class GaussianSplats:
         step = self.iteration + 1
         self._density.before_step(self.parameters, self._optimizers, step, self._generator)
         degree = follow_schedules(self._optimizers, self.settings, self.extent, step)
-        image, _, meta = self._rasterize(camera, degree, "RGB")
-        loss = photometric_loss(image[0], target, self.settings.ssim_weight)
+        loss, meta = self._objective(self.parameters, self._arguments(camera, degree), target)
         self._density.before_backward(self.parameters, self._optimizers, step, meta)
         loss.backward()  # type: ignore[no-untyped-call]
         self._density.after_backward(self.parameters, step, meta)
@@ -210,23 +239,25 @@ class GaussianSplats:
     def _rasterize(
         self, cameras: Cameras, degree: int, mode: Literal["RGB", "RGB+ED"]
     ) -> tuple[Tensor, Tensor, dict[str, Any]]:
+        return rasterization(**self._arguments(cameras, degree), packed=False, render_mode=mode)
+
+    def _arguments(self, cameras: Cameras, degree: int) -> dict[str, Any]:
+        """Return the arguments with which the rasteriser renders cameras of one image size."""
         width, height = (int(side) for side in cameras.sizes[0])
-        return rasterization(
-            means=self.parameters["means"],
-            quats=self.parameters["quats"],
-            scales=self.parameters["scales"].exp(),
-            opacities=self.parameters["opacities"].sigmoid(),
-            colors=self.parameters["sh"],
-            viewmats=torch.tensor(cameras.world_to_camera, dtype=torch.float32, device=self._device),
-            Ks=torch.tensor(cameras.intrinsics, dtype=torch.float32, device=self._device),
-            width=width,
-            height=height,
-            sh_degree=degree,
-            packed=False,
-            absgrad=self.settings.densification.absolute_gradient,
-            backgrounds=self._background.expand(len(cameras), -1),
-            render_mode=mode,
-        )
+        return {
+            "means": self.parameters["means"],
+            "quats": self.parameters["quats"],
+            "scales": self.parameters["scales"].exp(),
+            "opacities": self.parameters["opacities"].sigmoid(),
+            "colors": self.parameters["sh"],
+            "viewmats": torch.tensor(cameras.world_to_camera, dtype=torch.float32, device=self._device),
+            "Ks": torch.tensor(cameras.intrinsics, dtype=torch.float32, device=self._device),
+            "width": width,
+            "height": height,
+            "sh_degree": degree,
+            "absgrad": self.settings.densification.absolute_gradient,
+            "backgrounds": self._background.expand(len(cameras), -1),
+        }
 
     def _check(self) -> None:
         broken = [name for name, values in self.parameters.items() if not bool(torch.isfinite(values).all())]
