@@ -1,0 +1,62 @@
+"""A copy of Gaussians goes on with the same bits, and the two leave each other alone."""
+
+import numpy as np
+import pytest
+import torch
+from factories import ring
+
+from avs.representations.base import Copyable
+from avs.representations.gaussians.initialization import PointCloud
+from avs.representations.gaussians.settings import Densification, GaussianSettings
+from avs.representations.gaussians.splats import GaussianSplats
+from avs.views import Views
+
+# Splits draw from the generator in the steps after the copy, too.
+DENSIFICATION = Densification(start=5, every=10, until=100, gradient_threshold=1e-5, opacity_reset_every=25)
+SETTINGS = GaussianSettings(iterations=100, sh_degree=1, sh_increase_every=10, densification=DENSIFICATION)
+
+
+@pytest.fixture
+def fitted():
+    rng = np.random.default_rng(0)
+    cameras = ring(5, size=(32, 24))
+    views = Views(cameras, tuple(rng.integers(0, 256, (24, 32, 3), dtype=np.uint8) for _ in range(5)))
+    splats = GaussianSplats(PointCloud(rng.normal(size=(40, 3)), rng.random((40, 3))), 1.0, SETTINGS, rng, "cpu")
+    splats.fit(views, 17)
+    return splats, views
+
+
+def state(splats, path):
+    """All that further steps depend on, as the checkpoint has it."""
+    splats.save(path)
+    return path.read_bytes()
+
+
+def test_a_copy_goes_on_with_the_same_bits(fitted, tmp_path):
+    splats, views = fitted
+    twin = splats.copy()
+    assert isinstance(splats, Copyable)
+    before = splats.primitives
+    assert state(twin, tmp_path / "twin") == state(splats, tmp_path / "original")
+    for each in (twin, splats):
+        each.fit(views, 40)
+    assert splats.primitives != before
+    assert state(twin, tmp_path / "twin") == state(splats, tmp_path / "original")
+
+
+def test_fitting_a_copy_changes_nothing_of_the_original(fitted, tmp_path):
+    splats, views = fitted
+    before = state(splats, tmp_path / "before")
+    twin = splats.copy()
+    twin.fit(views[[0, 2]], 30)
+    with torch.no_grad():
+        twin.parameters["means"] += 1
+    assert state(splats, tmp_path / "after") == before
+    assert state(twin, tmp_path / "twin") != before
+
+
+def test_photographs_are_shared(fitted):
+    splats, _ = fitted
+    for (image, target), (own_image, own_target) in zip(splats.copy()._targets, splats._targets, strict=True):
+        assert image is own_image
+        assert target is own_target

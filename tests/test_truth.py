@@ -1,0 +1,164 @@
+"""What the record tells of the hidden photographs, against slow twins; measuring it changes nothing else."""
+
+import numpy as np
+import pytest
+from factories import MeanColor, ring, small_scene
+
+from avs.episode import Identity, Plan, run
+from avs.errors import UserError
+from avs.evaluation import Evaluator
+from avs.protocol import ProtocolSettings, TruthSettings
+from avs.representations.gaussians.initialization import PointCloud
+from avs.representations.gaussians.settings import Densification, GaussianSettings, InitialPoints
+from avs.representations.gaussians.splats import GaussianSplats, build
+from avs.selectors.base import Resources, Settings, State, Truth
+from avs.selectors.farthest import FarthestSelector
+from avs.truth import gains, hidden, sample, true_metrics
+from avs.views import Views
+from metrics.image import ssim
+from tests import tolerances
+
+SETTINGS = GaussianSettings(
+    iterations=60,
+    sh_degree=1,
+    points=InitialPoints(random_count=60),
+    densification=Densification(start=5, every=10, until=60),
+)
+EVERYTHING = TruthSettings(image_every=2, gain_every=3, gain_candidates=4)
+
+
+def photographed(seed, count, size=(32, 24)):
+    """Views of random photographs."""
+    rng = np.random.default_rng(seed)
+    images = tuple(rng.integers(0, 256, (size[1], size[0], 3), dtype=np.uint8) for _ in range(count))
+    return Views(ring(count, radius=3.0 + seed, size=size), images)
+
+
+def fitted(captured):
+    rng = np.random.default_rng(0)
+    splats = GaussianSplats(PointCloud(rng.normal(size=(40, 3)), rng.random((40, 3))), 1.0, SETTINGS, rng, "cpu")
+    splats.fit(captured, 12)
+    return splats
+
+
+@pytest.fixture
+def state():
+    captured, candidates, test = photographed(1, 4), photographed(2, 11), photographed(3, 3)
+    truth = Truth(candidates, test)
+    return State(fitted(captured), captured, candidates.cameras, np.random.default_rng(0), 0, truth)
+
+
+def looped_psnr(image, photograph):
+    return 10 * np.log10(1 / np.mean((image.astype(float) - photograph / 255) ** 2))
+
+
+def test_true_metrics_compare_each_candidate_with_its_photograph(state):
+    (psnr, similarity), seconds = true_metrics(state, ["psnr", "ssim"])
+    assert seconds > 0
+    for row in range(11):
+        image = state.representation.render(state.candidates[row]).rgb[0]
+        photograph = state.truth.candidates.images[row]
+        assert psnr[row] == pytest.approx(looped_psnr(image, photograph), abs=tolerances.PSNR_FLOAT64)
+        assert similarity[row] == ssim(image, photograph)
+
+
+def test_photographs_of_several_sizes_are_compared(state):
+    small, large = photographed(4, 2, size=(16, 12)), photographed(5, 3)
+    mixed = small.extended(large)[[2, 0, 3, 1, 4]]
+    truth = Truth(mixed, mixed)
+    (psnr,), _ = true_metrics(State(state.representation, state.captured, mixed.cameras, state.rng, 0, truth), ["psnr"])
+    for row, photograph in enumerate(mixed.images):
+        image = state.representation.render(mixed.cameras[row]).rgb[0]
+        assert psnr[row] == pytest.approx(looped_psnr(image, photograph), abs=tolerances.PSNR_FLOAT64)
+
+
+@pytest.mark.parametrize(("passes", "metric"), [(1, "psnr"), (2, "ssim")])
+def test_gains_are_those_of_refitted_checkpoints(state, tmp_path, passes, metric):
+    captured, (candidates, test) = state.captured, (state.truth.candidates, state.truth.test)
+    state.representation.save(tmp_path / "state")
+
+    def quality(views):
+        splats = fitted(captured)
+        splats.load(tmp_path / "state")
+        splats.fit(views, passes * 5)
+        values = []
+        for row, photograph in enumerate(test.images):
+            image = splats.render(test.cameras[row]).rgb[0]
+            values.append(looped_psnr(image, photograph) if metric == "psnr" else ssim(image, photograph))
+        return np.mean(values)
+
+    expected = [quality(captured.extended(candidates[[row]])) - quality(captured) for row in range(3)]
+    found = gains(state.representation, captured, candidates[[0, 1, 2]], test, passes, metric)
+    np.testing.assert_allclose(found, expected, atol=tolerances.PSNR_FLOAT64)
+    assert len(set(found.tolist())) == 3
+
+
+def test_equal_candidates_have_equal_gains(state):
+    twice = state.truth.candidates[[4, 4]]
+    first, second = gains(state.representation, state.captured, twice, state.truth.test, 2)
+    assert first == second
+
+
+def test_samples_are_ascending_without_repetition_and_at_most_all():
+    rows = sample(np.random.default_rng(0), 30, 8)
+    assert len(set(rows.tolist())) == 8
+    assert (np.diff(rows) > 0).all()
+    assert sample(np.random.default_rng(0), 5, 8).tolist() == [0, 1, 2, 3, 4]
+
+
+def test_a_method_that_is_no_oracle_sees_no_photographs(state):
+    blind = State(state.representation, state.captured, state.candidates, state.rng, 0)
+    with pytest.raises(ValueError, match="oracle=True"):
+        hidden(blind)
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    return small_scene(tmp_path_factory.mktemp("truth") / "toy")
+
+
+def episode(scene, truth, method="farthest", built=None):
+    protocol = ProtocolSettings(initial_views=4, budget=8, additions=(8, 16, 24, 32), iterations=40, truth=truth)
+    identity = Identity(method, "Method", "Geometric", True, 0, {}, {})
+    selector = FarthestSelector(Settings(), Resources())
+    builder = built or (lambda captured: build(scene, captured, SETTINGS, 0, "cpu"))
+    plan = Plan(scene, protocol, identity, selector, builder, Evaluator(scene, protocol.lpips), lambda line: None)
+    return run(plan)
+
+
+def test_measuring_the_truth_changes_nothing_else(scene):
+    without, _, _ = episode(scene, TruthSettings())
+    measured, meta, _ = episode(scene, EVERYTHING)
+    assert measured.curve == without.curve
+    assert measured.selected == without.selected
+    assert [step.scores for step in measured.steps] == [step.scores for step in without.steps]
+    assert all(step.truth is None for step in without.steps)
+    assert sum(times.truth_seconds for times in meta.steps) > 0
+
+
+def test_the_truth_is_measured_at_the_selections_asked_for(scene):
+    measured, _, _ = episode(scene, EVERYTHING)
+    truths = [step.truth for step in measured.steps]
+    assert [None if truth is None else (truth.psnr is not None, truth.gain is not None) for truth in truths] == [
+        (True, True),
+        None,
+        (True, False),
+        (False, True),
+    ]
+    for step in measured.steps[::3]:
+        assert len(step.truth.gain) == len(step.candidates)
+        assert sum(gain is not None for gain in step.truth.gain) == 4
+    assert all(len(truths[0].ssim) == len(truths[0].psnr) == len(measured.steps[0].candidates) for _ in truths)
+
+
+def test_the_sample_does_not_depend_on_the_method(scene):
+    first, _, _ = episode(scene, EVERYTHING)
+    replayed, _, _ = episode(scene, EVERYTHING, method="replay")
+    assert [step.truth for step in replayed.steps] == [step.truth for step in first.steps]
+
+
+def test_a_representation_that_cannot_be_copied_has_no_gain(scene):
+    measured, _, _ = episode(scene, TruthSettings(image_every=1), built=lambda captured: MeanColor())
+    assert all(step.truth.gain is None for step in measured.steps)
+    with pytest.raises(UserError, match=r"protocol\.truth\.gain_every.*Copyable, which MeanColor lacks"):
+        episode(scene, EVERYTHING, built=lambda captured: MeanColor())
