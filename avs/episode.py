@@ -41,6 +41,7 @@ class Identity:
     representation: dict[str, object]
     selector: dict[str, object]
     weights_hash: str | None = None
+    weights_file: str | None = None
 
 
 @dataclass(frozen=True)
@@ -274,6 +275,7 @@ class _Loop:
             representation=identity.representation,
             selector=identity.selector,
             weights_hash=identity.weights_hash,
+            weights_file=identity.weights_file,
             initial=names[:initial],
             selected=names[initial:],
             budget=self.budget,

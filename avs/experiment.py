@@ -75,13 +75,14 @@ def run_episode(
         representation=settings.representation.model_dump(mode="json"),
         selector=settings.selector if views is not None else checked.model_dump(mode="json"),
         weights_hash=None if weights is None else file_hash(weights),
+        weights_file=None if weights is None else weights.name,
     )
     plan = Plan(
         scene=scene,
         protocol=settings.protocol,
         identity=identity,
         selector=method.build(checked, Resources(weights, settings.device)),
-        build=_builder(scene, settings.representation, seed, settings.device),
+        build=builder(scene, settings.representation, seed, settings.device),
         evaluate=Evaluator(scene, settings.protocol.lpips, settings.device),
         progress=lambda line: progress(f"{scene.name}, {method.label}, seed {seed}: {line}"),
         device=settings.device,
@@ -125,7 +126,7 @@ def replay_episode(
             selector={},
         ),
         selector=ListedViews(scene, recorded.initial, recorded.selected, episode),
-        build=_builder(scene, settings, recorded.seed, device),
+        build=builder(scene, settings, recorded.seed, device),
         evaluate=Evaluator(scene, protocol.lpips, device),
         progress=lambda line: progress(f"{scene.name}, replay: {line}"),
         device=device,
@@ -157,13 +158,13 @@ def check_device(device: str) -> None:
         raise UserError("device cuda", "torch finds no GPU here", "set device: cpu, or run where there is one")
 
 
-def _builder(scene: Scene, settings: GaussianSettings, seed: int, device: str) -> Builder:
+def builder(scene: Scene, settings: GaussianSettings, seed: int, device: str) -> Builder:
     """Return what builds the reconstruction; its seed leaves the method out, so that all methods start alike."""
 
-    def builder(captured: IndexArray) -> Representation:
+    def make(captured: IndexArray) -> Representation:
         return build(scene, captured, settings, seed_of("reconstruction", scene.name, seed), device)
 
-    return builder
+    return make
 
 
 def _write(out: Path, record: Episode, meta: BaseModel, representation: Representation) -> None:

@@ -84,6 +84,9 @@ class Episode(_Record):
     representation: dict[str, Any] = Field(description="the settings of the reconstruction")
     selector: dict[str, Any] = Field(description="the settings of the method")
     weights_hash: str | None = Field(description="SHA-256 of the scorer's weights, or null")
+    weights_file: str | None = Field(
+        default=None, description="their file name: weights.safetensors if the run trained them, else a published one's"
+    )
     initial: list[str] = Field(description="the views before the first selection")
     selected: list[str] = Field(description="the views selected, in order")
     budget: int = Field(description="views at the end")

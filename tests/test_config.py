@@ -36,6 +36,7 @@ def test_every_scale_follows_the_schema(path):
         ({"methods": ["randm"]}, "method 'randm': unknown; did you mean random"),
         ({"selectors": {"fisherrf": {"lam": 1}}}, r"selectors\.fisherrf\.lam: .*settings of this method: chain"),
         ({"distortions": None}, "configuration: .*scorers need the section distortions"),
+        ({"scorers": {"dinov2": {}}}, "configuration: .*backbone must be vit_small_patch14_dinov2"),
         ({"scorers": {}}, "method ours-repvit: needs the scorer repvit, which the configuration does not train"),
     ],
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -124,10 +124,13 @@ def fit(
         network.backbone.requires_grad_(False).eval()
         if source is None:
             _calibrate(network, scenes, training, device)
-    features = _encoder(network, device) if frozen and training.cache_features else None
-    sampler = Sampler(scenes, training, np.random.default_rng([settings.seed, 0]), features)
+    features = _encoder(network, device) if frozen else None
+    cached = features if training.cache_features else None
+    sampler = Sampler(scenes, training, np.random.default_rng([settings.seed, 0]), cached)
     examination = Sampler(held_out, training, np.random.default_rng([settings.seed, 1]))
-    batches = [examination.batch().to(device) for _ in range(_HELD_OUT_BATCHES)]
+    drawn = (examination.batch() for _ in range(_HELD_OUT_BATCHES))
+    # a frozen backbone sees the same crops at each evaluation
+    batches = [(batch if features is None else _encoded(batch, features)).to(device) for batch in drawn]
     curve: list[LossPoint] = []
     for step, error in _optimise(network, sampler, training, frozen, device):
         curve.append(LossPoint(step, error, _examine(network, batches)))
@@ -219,6 +222,16 @@ def _encoder(network: CrossReferenceNetwork, device: str) -> Callable[[Tensor], 
         return merged.features(images.to(device)).cpu()
 
     return features
+
+
+def _encoded(batch: Batch, features: Callable[[Tensor], Tensor]) -> Batch:
+    """Return a batch of pixels as one of features."""
+
+    def encode(images: Tensor) -> Tensor:
+        found = features(images.flatten(0, 1))
+        return found.reshape(*images.shape[:2], *found.shape[1:])
+
+    return replace(batch, queries=encode(batch.queries), references=encode(batch.references))
 
 
 def _rate(step: int, training: TrainingSettings) -> float:

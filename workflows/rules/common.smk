@@ -9,6 +9,7 @@ sys.path.insert(0, str(workflow.basedir))
 from avs import selectors
 from avs.config import load, protocol_of
 from avs.errors import UserError
+from avs.scorer.published import published_weights
 from avs.sources import sources
 
 # Methods that are programs of their own, each a file of rules of the method's name.
@@ -62,6 +63,11 @@ def section(part):
             "method": name,
             "selector": common["selectors"].get(name, {}),
         }
+    if stage == "runtime":
+        shared = ("device", "protocol", "representation", "runtime")
+        return {key: common[key] for key in shared} | timing(name)
+    if stage == "runtime_table":
+        return {"methods": common["methods"], "absent": NOT_TIMED}
     if stage == "distortions":
         picked = {key: common[key] for key in ("device", "representation")}
         return picked | {"renders": common["distortions"]["renders"]}
@@ -78,6 +84,17 @@ def section(part):
     return {"embedded": common["embedded"]["capture"], "captures": common["captures"]}[
         stage
     ]
+
+
+def timing(name):
+    """Return what the timing of a method reads beyond what all methods share; nothing for `state`, which they share."""
+    if name == "state":
+        return {}
+    return {
+        "method": name,
+        "selector": settings.selectors.get(name, {}),
+        "views_per_step": protocol_of(settings, name).views_per_step,
+    }
 
 
 def section_json(wildcards):

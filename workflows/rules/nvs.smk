@@ -36,11 +36,14 @@ def method_code(wildcards):
 
 
 def scorer_weights(wildcards):
-    """Return the checkpoint that a method needs, if any."""
+    """Return the checkpoint that a method needs, if any: a published one where it is at hand, else a trained one."""
     if wildcards.method in PROGRAMS:
         return []
     scorer = selectors.find(wildcards.method).method.scorer
-    return [] if scorer is None else f"{RESULTS}/scorer/{scorer}/weights.safetensors"
+    if scorer is None:
+        return []
+    published = published_weights(scorer, settings.scorers[scorer])
+    return published or f"{RESULTS}/scorer/{scorer}/weights.safetensors"
 
 
 def listed_views(wildcards):
