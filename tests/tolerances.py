@@ -40,8 +40,10 @@ ADAM_STEPS = 2e-6
 FLOAT64_GEOMETRY = 1e-13
 # avs/scene.py: a projection in float64, pixel coordinates up to some thousands.
 FLOAT64_PIXELS = 1e-9
-# avs/selectors/no_reference.py: PIQE counts blocks by thresholds; scores are known to two decimals.
-PIQE_PUBLISHED = 0.01
+# avs/selectors/no_reference.py: known scores have two decimals.
+QUALITY_KNOWN = 0.0051
+# avs/quality/niqe.py: the same operations in float64, in another order around the pseudo-inverse of a covariance.
+NIQE_SAME = 1e-9
 # avs/datasets/captures.py: the centroid of a dot of 2 px radius in 8 bits, after bilinear undistortion and resizing,
 # whose neighbours' tails reach its window: 0.07 px at most; the distortions of the tests shift points by over ten
 # times as much.
@@ -74,3 +76,8 @@ EMBEDDED_HIDDEN = 0.06
 
 # metrics/ranking.py: float64, sums of some hundred products of ranks.
 RANKING = 1e-12
+# avs/representations/gaussians/variance.py: a sum of positive terms over the pixels, each a quotient of float32 weights
+# that carry the exponents' rounding; a pixel whose end a rounding decides otherwise counts one Gaussian more or less.
+VARIANCE_REDUCTION = 1e-4
+# avs/representations/gaussians/likelihood.py: float64 inside, one rounding to float32.
+LIKELIHOOD = 1e-6

@@ -121,7 +121,8 @@ class Extension(Protocol):
     Attributes:
         parameters: what is learned for each primitive, by name.
         attenuated: whether a variance is blended with the square of alpha_i T_{i+1} in the place of alpha_i T_i, T_i
-            being the transmittance in front of primitive i.
+            being the transmittance in front of primitive i, and moves no primitive: its gradient goes to the variances
+            alone, with alpha_i T_i. So it is in the code proposed to FisherRF (pull request 8).
     """
 
     @property
@@ -164,7 +165,7 @@ class TakesExtension(Protocol):
 
 @dataclass(frozen=True)
 class VarianceReduction:
-    """How the variance that a view removes is counted (ActiveNeRF, arXiv 2209.08546, equations 12 to 15).
+    """How the variance that a view removes is counted (ActiveNeRF, arXiv 2209.08546).
 
     With V = constant + sum_i w_i^2 beta_i, a primitive's variance becomes 1 / (1 / beta_i + w_i^2 / V) once the pixel
     has been seen.

@@ -5,8 +5,7 @@ the pixel's channels and alpha), the sum R = sum_j w_j u_j is known from the ren
 
     dL/d alpha_i = T_i u_i - (R - sum_{j <= i} w_j u_j) / (1 - alpha_i).
 
-A channel of squared weights, sum_j c_j w'_j^2 with w'_j = w_j (1 - s alpha_j), adds w'_j u'_j, u'_j = 2 c_j w'_j v, to
-the terms of both sums, and T_i (1 - 2 s alpha_i) u'_i to the first term.
+A channel of squared weights, sum_j c_j w_j^2, adds 2 c_j w_j v to u_j, or nothing where it is to move no Gaussian.
 
 So no list of blended Gaussians is kept and no transmittance is divided out; the opacities are recomputed by the very
 expressions of the forward pass, and each pixel stops where it stopped there.
@@ -44,8 +43,8 @@ _LIGHT, _REST, _V_ALPHA, _V_COLOR = 0, PIXELS, 2 * PIXELS, 3 * PIXELS
 
 @inline
 def _load_tile(
-    scratch: Floats, channels: tuple[int, ...], squares: tuple[int, ...], tile: int, x: Number, y: Number,
-    transmittance: Floats, pixels: Floats, background: Floats, v_image: Floats, v_alpha: Floats,
+    scratch: Floats, channels: tuple[int, ...], squares: tuple[int, ...], through: float, tile: int, x: Number,
+    y: Number, transmittance: Floats, pixels: Floats, background: Floats, v_image: Floats, v_alpha: Floats,
 ) -> int:  # fmt: skip
     """Fill the scratch memory for a tile whose first pixel is (x, y). Return the live blocks."""
     height, width = v_alpha.shape
@@ -70,7 +69,7 @@ def _load_tile(
         for c in range(len(channels), planes):
             v_channel = v_image[row, column, c]
             scratch[_V_COLOR + c * PIXELS + p] = v_channel
-            rest += np.float32(2.0) * v_channel * pixels[(tile * planes + c) * PIXELS + p]
+            rest += np.float32(2.0 * through) * v_channel * pixels[(tile * planes + c) * PIXELS + p]
         scratch[_LIGHT + p] = np.float32(1.0)
         scratch[_V_ALPHA + p] = v
         scratch[_REST + p] = rest + v * (np.float32(1.0) - abs(transmittance[tile * PIXELS + p]))
@@ -80,7 +79,7 @@ def _load_tile(
 @inline
 def _gradients_of_tile(
     records: Floats, entries: Integers, start: int, end: int, x: Number, y: Number, channels: tuple[int, ...],
-    squares: tuple[int, ...], share: float, like: tuple[int, ...], live: int, scratch: Floats, sums: Floats,
+    squares: tuple[int, ...], through: float, like: tuple[int, ...], live: int, scratch: Floats, sums: Floats,
 ) -> int:  # fmt: skip
     """Add a list's gradients to ``sums``. Return the live blocks."""
     flat, flat_sums = records.reshape(-1), sums.reshape(-1)
@@ -135,18 +134,14 @@ def _gradients_of_tile(
                     inner = fma(v_channel, flat[at + COLOR + c], inner)
                     at_sum = row_of_color + c * LANES
                     store(scratch, at_sum, fma(weight, v_channel, load(scratch, at_sum)))
-                rest = load(scratch, _REST + here) - weight * inner
-                v_alpha = onward * inner
                 for c in range(len(channels), planes):
-                    v_channel = load(scratch, _V_COLOR + c * PIXELS + here)
-                    own = weight * (1.0 - share * alpha)
+                    by_weight = weight * load(scratch, _V_COLOR + c * PIXELS + here)
+                    inner = fma(by_weight, 2.0 * through * flat[at + COLOR + c], inner)
                     at_sum = row_of_color + c * LANES
-                    store(scratch, at_sum, fma(own * own, v_channel, load(scratch, at_sum)))
-                    by_own = own * v_channel * (2.0 * flat[at + COLOR + c])
-                    rest = rest - own * by_own
-                    v_alpha = v_alpha + onward * (1.0 - 2.0 * share * alpha) * by_own
+                    store(scratch, at_sum, fma(weight, by_weight, load(scratch, at_sum)))
+                rest = load(scratch, _REST + here) - weight * inner
                 store(scratch, _REST + here, rest)
-                v_alpha = (v_alpha - rest) / (1.0 - alpha)
+                v_alpha = (onward * inner - rest) / (1.0 - alpha)
                 g = where(blended & (unclamped <= ALPHA_MAX), alpha * v_alpha, 0.0)
                 g_y = g * dy
                 sum_0 = sum_0 + g
@@ -177,13 +172,14 @@ def _gradients_of_tile(
 @kernel
 def blend_backward(
     records: Floats, entries: Integers, offsets: Integers, transmittance: Floats, pixels: Floats,
-    channels: tuple[int, ...], squares: tuple[int, ...], share: float, like: tuple[int, ...],
+    channels: tuple[int, ...], squares: tuple[int, ...], through: float, like: tuple[int, ...],
     background: Floats, v_image: Floats, v_alpha: Floats,
 ) -> Floats:  # fmt: skip
     """Return, per record, the sums named by ``SUM`` to ``SUM_YY``, the gradients of the channels, and |x|, |y|.
 
     The last two, sums over pixels of the absolute gradients of the centre, only where the tuple ``like`` is long enough
-    for them: ``CHANNELS + channels + squares + 2``.
+    for them: ``CHANNELS + channels + squares + 2``. ``through``: 1, or 0 where a channel of squared weights is
+    differentiated by its values alone.
     """
     height, width = v_alpha.shape
     columns, rows = (width + TILE - 1) // TILE, (height + TILE - 1) // TILE
@@ -200,11 +196,11 @@ def blend_backward(
                 continue
             if live < 0:
                 live = _load_tile(
-                    scratch, channels, squares, tile, x, y, transmittance, pixels, background, v_image, v_alpha
+                    scratch, channels, squares, through, tile, x, y, transmittance, pixels, background, v_image, v_alpha
                 )  # fmt: skip
             live = _gradients_of_tile(
                 records, entries, start, end, column + np.float32(x), row + np.float32(y),
-                channels, squares, share, like, live, scratch, sums,
+                channels, squares, through, like, live, scratch, sums,
             )  # fmt: skip
     return sums
 

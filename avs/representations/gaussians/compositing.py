@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
@@ -15,6 +16,19 @@ from avs.representations.gaussians.records import pack_records
 from avs.representations.gaussians.tiles import TILE, depth_order
 
 
+@dataclass(frozen=True)
+class Squares:
+    """How a channel is blended with squared weights.
+
+    Attributes:
+        share: the weight that is squared is alpha_i T_i (1 - share alpha_i), T_i being the transmittance in front.
+        through: factor of the gradient that reaches the weights. The gradients are those of share 0.
+    """
+
+    share: float
+    through: float
+
+
 class _Blend(torch.autograd.Function):
     @staticmethod
     def forward(
@@ -26,11 +40,12 @@ class _Blend(torch.autograd.Function):
         depths: Tensor,
         backgrounds: Tensor | None,
         radii: Tensor,
-        options: tuple[int, int, bool, bool, float | None],
+        options: tuple[int, int, bool, bool, Squares | None],
     ) -> tuple[Tensor, Tensor]:
-        width, height, with_depth, _, share = options
+        width, height, with_depth, _, how = options
+        share = how.share if how else 0.0
         cameras = len(means2d)
-        channels, squares = _split(colors.shape[-1] + with_depth, share)
+        channels, squares = _split(colors.shape[-1] + with_depth, how)
         planes = channels + squares
         images = torch.empty(cameras, height, width, len(planes))
         alphas = torch.empty(cameras, height, width, 1)
@@ -39,7 +54,7 @@ class _Blend(torch.autograd.Function):
             splats = _splats(c, means2d, conics, opacities, colors, depths)
             order = depth_order(splats[4], radii[c].numpy())
             records = pack_records(order, *splats, radii[c].numpy(), with_depth)
-            blended = blend(records, channels, squares, share or 0.0, width, height)
+            blended = blend(records, channels, squares, share, width, height)
             background = _background(backgrounds, c, planes)
             to_image(*blended[:2], planes, background, images[c].numpy(), alphas[c, :, :, 0].numpy())
             kept.append((order, records, *blended))
@@ -50,8 +65,9 @@ class _Blend(torch.autograd.Function):
     @staticmethod
     def backward(ctx: Context, v_images: Tensor, v_alphas: Tensor) -> tuple[Tensor | None, ...]:
         means2d, conics, opacities, colors, depths, backgrounds = ctx.saved_tensors
-        width, height, with_depth, absgrad, share = ctx.options
-        channels, squares = _split(v_images.shape[-1], share)
+        width, height, with_depth, absgrad, how = ctx.options
+        through = how.through if how else 0.0
+        channels, squares = _split(v_images.shape[-1], how)
         planes = channels + squares
         v_means2d, v_conics = torch.zeros_like(means2d), torch.zeros_like(conics)
         v_absolute = torch.zeros_like(means2d) if absgrad else v_means2d
@@ -61,7 +77,7 @@ class _Blend(torch.autograd.Function):
         for c in range(len(means2d)):
             order, records, transmittance, pixels, entries, offsets = ctx.kept[c]
             sums = blend_backward(
-                records, entries, offsets, transmittance, pixels, channels, squares, share or 0.0,
+                records, entries, offsets, transmittance, pixels, channels, squares, through,
                 (0,) * (CHANNELS + len(planes) + 2 * absgrad), _background(backgrounds, c, planes),
                 v_images[c].numpy(), v_alphas[c, :, :, 0].numpy(),
             )  # fmt: skip
@@ -96,9 +112,9 @@ def _background(backgrounds: Tensor | None, camera: int, channels: tuple[int, ..
     return values
 
 
-def _split(planes: int, share: float | None) -> tuple[tuple[int, ...], tuple[int, ...]]:
+def _split(planes: int, squares_like: Squares | None) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """Return tuples as long as there are plain channels, and channels of squared weights."""
-    squares = 0 if share is None else 1
+    squares = 0 if squares_like is None else 1
     return (0,) * (planes - squares), (0,) * squares
 
 
@@ -121,7 +137,7 @@ def composite(
     height: int,
     with_depth: bool,
     absgrad: bool,
-    share: float | None = None,
+    squares: Squares | None = None,
 ) -> tuple[Tensor, Tensor]:
     """Blend projected Gaussians from near to far into C images.
 
@@ -137,13 +153,12 @@ def composite(
         height: image height in pixels.
         with_depth: whether depth is blended as the last channel.
         absgrad: whether the sums over pixels of the absolute gradients of the centres are taken (AbsGS).
-        share: where it is given, the last of the D columns is blended with squared weights, see
-            :func:`~avs.representations.gaussians.blending.blend`; not together with depth.
+        squares: how the last of the D columns is blended with squared weights, or None; not together with depth.
 
     Returns:
         Images ``[C, H, W, D + with_depth]`` and accumulated opacities ``[C, H, W, 1]``.
     """
-    assert share is None or not with_depth
-    options = (width, height, with_depth, absgrad, share)
+    assert squares is None or not with_depth
+    options = (width, height, with_depth, absgrad, squares)
     result = _Blend.apply(means2d, conics, opacities, colors, depths, backgrounds, radii, options)  # type: ignore[no-untyped-call]
     return cast("tuple[Tensor, Tensor]", result)

@@ -1,4 +1,4 @@
-"""The likelihood of a photograph under a rendering with a variance for each pixel (arXiv 2209.08546, equation 9)."""
+"""The likelihood of a photograph under a rendering with a variance for each pixel (arXiv 2209.08546)."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Rendered variance: each Gaussian's variance blended with the square of its weight, as ActiveNeRF has it.
 
 A pixel's colour is C = sum_i w_i c_i. Where the c_i are independent and have variances beta_i, C has the variance
-V = sum_i w_i^2 beta_i (arXiv 2209.08546, equation 6). On the CPU the squared weights are one more channel of the
+V = sum_i w_i^2 beta_i (arXiv 2209.08546). On the CPU the squared weights are one more channel of the
 blending kernels, so that the variance and its gradients come with the colours in one pass; on CUDA they are put
 together from gsplat's lists of blended Gaussians, see ``variance_gsplat.py``.
 """
@@ -19,7 +19,7 @@ from avs.cameras import Cameras
 from avs.representations.base import VarianceReduction
 from avs.representations.gaussians import variance_gsplat
 from avs.representations.gaussians.blending import blend
-from avs.representations.gaussians.compositing import composite
+from avs.representations.gaussians.compositing import Squares, composite
 from avs.representations.gaussians.parameters import Parameters
 from avs.representations.gaussians.projection import project_gaussians
 from avs.representations.gaussians.records import pack_records
@@ -29,6 +29,9 @@ from avs.representations.gaussians.variance_kernels import sum_reductions
 
 NEAR, FAR, BLUR = 0.01, 1e10, 0.3
 """The defaults of ``rasterizer.rasterization``: nearest and farthest depth, variance added in square pixels."""
+
+PLAIN, ATTENUATED = Squares(share=0.0, through=1.0), Squares(share=1.0, through=0.0)
+"""The two ways to blend a variance, see ``avs.representations.base.Extension.attenuated``."""
 
 
 def rasterization_with_variance(
@@ -64,7 +67,7 @@ def rasterization_with_variance(
         absgrad: as in ``rasterizer.rasterization``; on CUDA without the part that comes through the variance.
         backgrounds: ``[C, 3]``; they are certain.
         attenuated: whether the squared weight is alpha_i T_{i+1} in the place of alpha_i T_i, T_i being the
-            transmittance in front of Gaussian i.
+            transmittance in front of Gaussian i; the gradient then goes to ``variances`` alone, with alpha_i T_i.
 
     Returns:
         Images ``[C, H, W, 3]``, variances ``[C, H, W]``, and ``meta`` as ``rasterizer.rasterization`` returns it.
@@ -83,7 +86,7 @@ def rasterization_with_variance(
     columns = torch.cat([shaded, variances[None, :, None].expand(len(viewmats), -1, -1)], dim=-1)
     images, _ = composite(
         means2d, conics, opacities, columns, depths, radii, backgrounds, width, height, False, absgrad,
-        share=float(attenuated),
+        squares=ATTENUATED if attenuated else PLAIN,
     )  # fmt: skip
     meta = {
         "gaussian_ids": None,
@@ -146,7 +149,7 @@ def _variance_reduction(
     order = depth_order(depth, radius)
     column = gaussians["variances"][:, None].numpy()
     records = pack_records(order, image, conic, opacities.numpy(), column, depth, radius, False)
-    share = float(attenuated)
+    share = (ATTENUATED if attenuated else PLAIN).share
     transmittance, rendered, entries, offsets = blend(records, (), (0,), share, width, height)
     return float(
         sum_reductions(

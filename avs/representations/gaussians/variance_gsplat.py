@@ -61,9 +61,13 @@ def rasterization_with_variance(
         sh_degree=sh_degree, packed=False, absgrad=absgrad, backgrounds=backgrounds,
     )  # fmt: skip
     pairs = blended_pairs(meta)
-    weights = blending_weights(meta, pairs, attenuated)
-    variance = _sum_by_pixel(weights**2 * variances[pairs.gaussians], pairs, meta)
-    return images, variance, meta
+    alphas, light = blending(meta, pairs)
+    squares = (alphas * light) ** 2
+    of_pairs = variances[pairs.gaussians]
+    if attenuated:
+        squares = squares.detach()
+        of_pairs = of_pairs + (of_pairs * ((1 - alphas) ** 2 - 1)).detach()
+    return images, _sum_by_pixel(squares * of_pairs, pairs, meta), meta
 
 
 @torch.no_grad()
@@ -94,7 +98,8 @@ def variance_reduction(
     )  # fmt: skip
     pairs = blended_pairs(meta)
     beta = gaussians["variances"][pairs.gaussians]
-    spread = blending_weights(meta, pairs, attenuated) ** 2 * beta
+    alphas, light = blending(meta, pairs)
+    spread = beta * (alphas * light * (1 - alphas if attenuated else 1)) ** 2
     prior = (rule.constant + _sum_by_pixel(spread, pairs, meta)).flatten()
     part = spread / (prior[pairs.pixels] + spread)
     if rule.saturated:
@@ -129,8 +134,8 @@ def blended_pairs(meta: dict[str, Any], transmittance: float = 1.0) -> Pairs:
     return Pairs(images, pixels, gaussians)
 
 
-def blending_weights(meta: dict[str, Any], pairs: Pairs, attenuated: bool) -> Tensor:
-    """Return the weight ``[M]`` of each pair, alpha_i T_i, or alpha_i T_{i+1} if ``attenuated``.
+def blending(meta: dict[str, Any], pairs: Pairs) -> tuple[Tensor, Tensor]:
+    """Return the opacity alpha_i ``[M]`` of each pair and the transmittance T_i ``[M]`` in front of it.
 
     Differentiable in the centres, conics and opacities of ``meta``. Logarithms of transmittances are summed over all
     pairs in float64, of which the sum before each pixel's first pair is taken off.
@@ -146,8 +151,7 @@ def blending_weights(meta: dict[str, Any], pairs: Pairs, attenuated: bool) -> Te
     _, lengths = torch.unique_consecutive(_rays(pairs, meta), return_counts=True)
     first = lengths.cumsum(0) - lengths
     light = (before - torch.repeat_interleave(before[first], lengths)).exp().to(alphas.dtype)
-    weights: Tensor = alphas * light
-    return weights * (1 - alphas) if attenuated else weights
+    return alphas, light
 
 
 def stopped_pixels(meta: dict[str, Any], pairs: Pairs) -> Tensor:
@@ -155,18 +159,19 @@ def stopped_pixels(meta: dict[str, Any], pairs: Pairs) -> Tensor:
 
     It did if more Gaussians would have been blended into it had there been no end.
     """
-    size = meta["height"] * meta["width"]
+    size: int = meta["height"] * meta["width"]
     every = blended_pairs(meta, NEVER_STOPS)
     return torch.bincount(every.pixels, minlength=size) > torch.bincount(pairs.pixels, minlength=size)
 
 
 def _rays(pairs: Pairs, meta: dict[str, Any]) -> Tensor:
     """Return the number of each pair's pixel among those of all images, ``[M]``."""
-    return pairs.images * (meta["height"] * meta["width"]) + pairs.pixels
+    size: int = meta["height"] * meta["width"]
+    return pairs.images * size + pairs.pixels
 
 
 def _sum_by_pixel(values: Tensor, pairs: Pairs, meta: dict[str, Any]) -> Tensor:
     """Return the sums of ``values [M]`` over the pairs of each pixel, ``[C, H, W]``."""
-    cameras, height, width = len(meta["means2d"]), meta["height"], meta["width"]
-    sums: Tensor = values.new_zeros(cameras * height * width).index_add(0, _rays(pairs, meta), values)
-    return sums.reshape(cameras, height, width)
+    shape: tuple[int, int, int] = (len(meta["means2d"]), meta["height"], meta["width"])
+    sums: Tensor = values.new_zeros(shape[0] * shape[1] * shape[2]).index_add(0, _rays(pairs, meta), values)
+    return sums.reshape(shape)

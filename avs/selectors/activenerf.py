@@ -1,0 +1,113 @@
+"""ActiveNeRF on 3D Gaussians: the candidate that lowers the learned variance most (arXiv 2209.08546)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Literal
+
+from pydantic import Field
+
+from avs.representations.base import (
+    HasVarianceReduction,
+    PrimitiveParameter,
+    Representation,
+    TakesExtension,
+    VarianceReduction,
+    capability,
+)
+from avs.selectors.base import Method, Resources, Selection, Settings, State, choose
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+
+class ActiveNerfSettings(Settings):
+    """Settings of ActiveNeRF."""
+
+    form: Literal["clean", "pull_request"] = Field(
+        default="clean",
+        description="clean: weights alpha_i T_i, as colours have them; pull_request: alpha_i T_(i+1) throughout, and "
+        "nothing left after a view where a pixel's blending ended early, as in the code proposed to FisherRF",
+    )
+    numerator: Literal["squared_weight", "one"] = Field(
+        default="squared_weight",
+        description="what the variance of a Gaussian counts in the score: its squared weight in the pixel, as in the "
+        "code proposed to FisherRF, or 1, as in the original ActiveNeRF",
+    )
+    learning_rate: float | None = Field(
+        default=None, gt=0, description="of the log-variances; null: the reconstruction's rate of opacities"
+    )
+    constant: float = Field(default=1e-4, ge=0, description="added to the variance of each pixel")
+    floor: float = Field(default=0.1, gt=0, description="least variance of a pixel in the loss")
+
+
+class LearnedVariance:
+    """The extension of the reconstruction: a log-variance per primitive, and the likelihood of the photographs."""
+
+    def __init__(self, settings: ActiveNerfSettings) -> None:
+        """Keep the settings."""
+        self.parameters: Mapping[str, PrimitiveParameter] = {
+            "log_variances": PrimitiveParameter(initial=0.0, learning_rate=settings.learning_rate)
+        }
+        self.attenuated = settings.form == "pull_request"
+        self._settings = settings
+
+    def variances(self, values: Mapping[str, Tensor]) -> Tensor:
+        """Return the variances, ``[n]``."""
+        return values["log_variances"].exp()
+
+    def data_term(self, image: Tensor, variance: Tensor, photograph: Tensor) -> Tensor:
+        """Return the mean of ``(C - C')^2 / (2 V) + log(V) / 2``; see ``likelihood.negative_log_likelihood``."""
+        from avs.representations.gaussians.likelihood import negative_log_likelihood
+
+        settings = self._settings
+        return negative_log_likelihood(image, variance + settings.constant, photograph, settings.floor)
+
+
+class ActiveNerfSelector:
+    """Largest sum over pixels of the variance before a view less that expected after it; the first k of k views."""
+
+    def __init__(self, settings: ActiveNerfSettings, resources: Resources) -> None:
+        """Keep the settings; no resources are needed."""
+        self._settings = settings
+
+    def prepare(self, representation: Representation) -> None:
+        """Add the variances to the reconstruction.
+
+        Raises:
+            UserError: it cannot be extended.
+        """
+        capability(representation, TakesExtension, "activenerf").extend(LearnedVariance(self._settings))
+
+    def select(self, state: State, k: int) -> Selection:
+        """Return the ``k`` candidates whose views remove the most variance.
+
+        Raises:
+            UserError: the representation has no variance.
+        """
+        settings = self._settings
+        rule = VarianceReduction(
+            constant=settings.constant,
+            weighted=settings.numerator == "squared_weight",
+            saturated=settings.form == "pull_request",
+        )
+        reduction = capability(state.representation, HasVarianceReduction, "activenerf").variance_reduction
+        scores = reduction(state.candidates, rule)
+        return Selection(choose(scores, k, higher_is_worse=True), scores)
+
+
+METHODS = {
+    "activenerf": Method(
+        label="ActiveNeRF",
+        group="3D-based",
+        source=(
+            "Pan et al., arXiv 2209.08546, carried over to 3D Gaussians as in the code proposed to FisherRF (pull "
+            "request 8, commit d8c943b): a log-variance per Gaussian, the likelihood in the place of L1. Deviations: "
+            "weights are those of the colours and every pixel is counted alike unless form is pull_request; "
+            "the reconstruction goes on after a selection unless refit is reinit."
+        ),
+        higher_is_worse=True,
+        build=ActiveNerfSelector,
+        settings=ActiveNerfSettings,
+    )
+}
