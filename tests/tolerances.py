@@ -40,8 +40,8 @@ ADAM_STEPS = 2e-6
 FLOAT64_GEOMETRY = 1e-13
 # avs/scene.py: a projection in float64, pixel coordinates up to some thousands.
 FLOAT64_PIXELS = 1e-9
-# avs/selectors/no_reference.py: known scores have two decimals.
-QUALITY_KNOWN = 0.0051
+# avs/selectors/no_reference.py: known scores have two decimals, the last of them rounded more than once.
+QUALITY_KNOWN = 0.01
 # avs/quality/niqe.py: the same operations in float64, in another order around the pseudo-inverse of a covariance.
 NIQE_SAME = 1e-9
 # avs/datasets/captures.py: the centroid of a dot of 2 px radius in 8 bits, after bilinear undistortion and resizing,

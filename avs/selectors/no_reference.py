@@ -1,13 +1,12 @@
 """No-reference image quality metrics: the candidate whose rendering looks worst by itself. All through pyiqa.
 
-A further metric of pyiqa is one more row of ``_METRICS``.
+A further metric of pyiqa is one more row of ``_METRICS``, and an entry of the weights' manifest if it needs any.
 """
 
 from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -16,9 +15,6 @@ from pydantic import Field, PositiveInt
 from avs.representations.base import FloatImages
 from avs.resizing import ResizeSettings
 from avs.selectors.base import Method, Resources, Selection, Settings, State, choose, render_candidates
-
-if TYPE_CHECKING:
-    from torch import nn
 
 
 @dataclass(frozen=True)
@@ -30,26 +26,48 @@ class _Metric:
         label: the name printed in tables.
         lower_better: pyiqa's direction; a test holds the two together, so that reading it needs no import of pyiqa.
         publication: where it was published.
-        black: the score of a rendering without a single positive pixel, where pyiqa gives NaN; None where it does not.
+        weights: its published weights in the manifest of ``avs.weights``, or None.
+        nothing: the score of a rendering in which the metric finds nothing to measure; None where that cannot be.
     """
 
     name: str
     label: str
     lower_better: bool
     publication: str
-    black: float | None = None
+    weights: str | None = None
+    nothing: float | None = None
 
 
-_METRICS = (
-    _Metric(
+_METRICS = {
+    "brisque": _Metric(
+        "brisque",
+        "BRISQUE",
+        True,
+        "Mittal et al., TIP 2012",
+        weights="brisque",
+        nothing=153.591,  # what the regression gives to features far from every support vector: minus its bias
+    ),
+    "niqe": _Metric(
+        "niqe",
+        "NIQE",
+        True,
+        "Mittal et al., SPL 2013",
+        weights="niqe",
+        nothing=100.0,  # the end of the range that pyiqa states; NIQE itself has none
+    ),
+    "piqe": _Metric(
         "piqe",
         "PIQE",
-        lower_better=True,
-        publication="Venkatanath et al., NCC 2015",
-        # pyiqa divides an image by its maximum. Any other image of one colour gets 100, the worst of PIQE's range.
-        black=100.0,
+        True,
+        "Venkatanath et al., NCC 2015",
+        nothing=100.0,  # what any other image of one colour gets, the worst of PIQE's range
     ),
-)
+    "nima": _Metric("nima", "NIMA", False, "Talebi and Milanfar, TIP 2018 (InceptionResNetV2, AVA)", weights="nima"),
+    "musiq": _Metric("musiq", "MUSIQ", False, "Ke et al., ICCV 2021 (KonIQ-10k)", weights="musiq"),
+    "maniqa": _Metric("maniqa", "MANIQA", False, "Yang et al., CVPRW 2022 (KonIQ-10k)", weights="maniqa"),
+    "tres": _Metric("tres", "TReS", False, "Golestaneh et al., WACV 2022 (KonIQ-10k)", weights="tres"),
+    "topiq": _Metric("topiq_nr", "TOPIQ", False, "Chen et al., TIP 2024 (ResNet-50, KonIQ-10k)", weights="topiq"),
+}
 
 
 class NoReferenceSettings(Settings):
@@ -63,11 +81,17 @@ class NoReferenceSelector:
     """Worst quality by one metric, in the direction that pyiqa gives it."""
 
     def __init__(self, metric: _Metric, settings: NoReferenceSettings, resources: Resources) -> None:
-        """Make the metric."""
+        """Make the metric.
+
+        Raises:
+            UserError: its weights are absent, damaged, hold objects, or are those of another metric.
+        """
+        from avs.quality.metrics import build
+
         self._metric = metric
         self._settings = settings
         self._device = resources.device
-        self._network = _create(metric.name, resources.device)
+        self._score = build(metric.name, metric.weights, resources.device)
 
     def select(self, state: State, k: int) -> Selection:
         """Return the ``k`` candidates of the worst quality; of the representation only ``render`` is used."""
@@ -82,43 +106,35 @@ class NoReferenceSelector:
         """Return ``[n]`` scores of ``[n, height, width, 3]`` images in 0..1.
 
         Raises:
-            ValueError: the metric gives no number for an image that is not black.
+            ValueError: an image holds numbers that are not finite, or the metric gives none for it.
+            UserError: the images are too small for the metric.
         """
         import torch
 
         from avs.resizing import resized, to_tensor
 
+        if not np.isfinite(images).all():
+            raise ValueError(f"{self._metric.name}: the renderings hold numbers that are not finite")
         with torch.inference_mode():
             # antialiased bilinear resizing can leave 0..1 by a rounding error, which pyiqa refuses
             batch = resized(to_tensor(images, self._device), self._settings.resize).clamp(0.0, 1.0)
-            scores: npt.NDArray[np.float64] = self._network(batch).double().cpu().numpy().reshape(len(images))
-        if self._metric.black is not None:
-            scores[(images <= 0).all(axis=(1, 2, 3))] = self._metric.black
+            scores: npt.NDArray[np.float64] = self._score(batch).double().cpu().numpy()
+        if self._metric.nothing is not None:
+            scores[np.isnan(scores)] = self._metric.nothing
         if not np.isfinite(scores).all():
             raise ValueError(f"{self._metric.name} gives no number for {np.count_nonzero(~np.isfinite(scores))} images")
         return scores
 
 
-def _create(name: str, device: str) -> nn.Module:
-    """Return a metric of pyiqa; PIQE has no weights, so nothing is fetched."""
-    from avs.compatibility import prepare_torchvision
-
-    prepare_torchvision()
-    import pyiqa
-    import torch
-
-    network: nn.Module = pyiqa.create_metric(name, device=torch.device(device))
-    return network
-
-
 METHODS = {
-    metric.name: Method(
+    identifier: Method(
         label=metric.label,
         group="2D-based",
         source=f"{metric.publication}, as pyiqa computes it, on the rendering resized as the settings say.",
         higher_is_worse=metric.lower_better,
         build=functools.partial(NoReferenceSelector, metric),
         settings=NoReferenceSettings,
+        pretrained=() if metric.weights is None else (metric.weights,),
     )
-    for metric in _METRICS
+    for identifier, metric in _METRICS.items()
 }

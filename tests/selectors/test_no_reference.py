@@ -1,4 +1,4 @@
-"""PIQE through pyiqa."""
+"""No-reference metrics through pyiqa: known scores, choices, and images that have nothing to measure."""
 
 import subprocess
 import sys
@@ -14,7 +14,7 @@ from avs.resizing import ResizeSettings
 from avs.selectors.base import Resources, State
 from avs.selectors.no_reference import METHODS, NoReferenceSettings
 from avs.views import Views
-from tests.tolerances import PIQE_PUBLISHED
+from tests.tolerances import QUALITY_KNOWN
 
 
 @pytest.fixture(scope="module")
@@ -40,12 +40,24 @@ class Pictures:
         return Rendering(rgb, np.ones(rgb.shape[:3], np.float32), np.ones(rgb.shape[:3], np.float32))
 
 
-@pytest.mark.parametrize(("sigma", "expected"), [(0, 33.76), (1, 75.52), (3, 92.58)])
-def test_known_values(piqe, sigma, expected):
-    picture = data.astronaut().astype(np.float32) / 255
-    if sigma:
-        picture = _blurred(picture, sigma)
-    assert piqe.score(picture[None])[0] == pytest.approx(expected, abs=PIQE_PUBLISHED)
+SIGMAS = (0, 1, 3)
+KNOWN = {  # of pyiqa 0.1.16 with the published parameters, for scikit-image's pictures blurred with SIGMAS
+    ("niqe", "astronaut"): (3.06, 5.36, 8.71),
+    ("niqe", "coffee"): (4.06, 5.35, 10.02),
+    ("brisque", "astronaut"): (2.87, 37.45, 74.15),
+    ("brisque", "chelsea"): (2.57, 35.05, 79.19),
+    ("piqe", "astronaut"): (33.76, 75.52, 92.58),
+}
+
+
+@pytest.mark.parametrize(("identifier", "picture"), KNOWN)
+def test_known_scores(identifier, picture, shared_weights, monkeypatch):
+    monkeypatch.setenv("AVS_WEIGHTS", str(shared_weights))
+    sharp = getattr(data, picture)().astype(np.float32) / 255
+    method = selectors.find(identifier).method
+    selector = method.build(method.settings(resize=ResizeSettings(pixels=max(sharp.shape))), Resources())
+    images = np.stack([_blurred(sharp, sigma) if sigma else sharp for sigma in SIGMAS])
+    np.testing.assert_allclose(selector.score(images), KNOWN[identifier, picture], atol=QUALITY_KNOWN)
 
 
 def test_blurred_renderings_are_chosen_first(piqe):
@@ -57,7 +69,7 @@ def test_blurred_renderings_are_chosen_first(piqe):
     selection = piqe.select(State(representation, views, cameras[1:], np.random.default_rng(0), 0), 2)
     assert selection.indices.tolist() == [2, 3]
     alone = [piqe.score(picture[None])[0] for picture in pictures]
-    np.testing.assert_allclose(selection.scores, alone, atol=PIQE_PUBLISHED)
+    np.testing.assert_allclose(selection.scores, alone, atol=QUALITY_KNOWN)
 
 
 @pytest.mark.parametrize("grey", [0.0, 1e-9, 0.3, 1.0])
@@ -75,12 +87,35 @@ def test_image_that_is_partly_black_has_a_number(piqe):
     assert 0 < piqe.score(image)[0] < 100
 
 
-def test_directions_are_those_of_pyiqa(piqe):
-    import pyiqa
+def test_directions_and_names_are_those_of_pyiqa(piqe):
+    from pyiqa.default_model_configs import DEFAULT_CONFIGS
 
+    assert set(METHODS) == {"brisque", "niqe", "piqe", "nima", "musiq", "maniqa", "tres", "topiq"}
     for identifier, method in METHODS.items():
-        assert method.higher_is_worse == pyiqa.create_metric(identifier, device="cpu").lower_better
+        name = "topiq_nr" if identifier == "topiq" else identifier
+        assert DEFAULT_CONFIGS[name]["metric_mode"] == "NR"
+        assert method.higher_is_worse == DEFAULT_CONFIGS[name].get("lower_better", False)
         assert not method.label.islower()
+        assert method.pretrained == (() if identifier == "piqe" else (identifier,))
+
+
+@pytest.mark.parametrize(("identifier", "worst"), [("brisque", 153.591), ("niqe", 100.0)])
+def test_black_rendering_is_the_worst_and_leaves_the_others_alone(identifier, worst, shared_weights, monkeypatch):
+    monkeypatch.setenv("AVS_WEIGHTS", str(shared_weights))
+    method = selectors.find(identifier).method
+    selector = method.build(method.settings(resize=ResizeSettings(pixels=192)), Resources())
+    images = np.zeros((3, 96, 192, 3), dtype=np.float32)
+    images[1] = np.random.default_rng(0).random(images.shape[1:], dtype=np.float32)
+    images[2] = data.chelsea()[:96, :192] / np.float32(255)
+    scores = selector.score(images)
+    assert scores[0] == worst > scores[2]
+    np.testing.assert_allclose(selector.score(images[1:]), scores[1:])
+
+
+def test_renderings_that_are_not_finite_are_refused(piqe):
+    images = np.full((1, 64, 64, 3), np.nan, dtype=np.float32)
+    with pytest.raises(ValueError, match="not finite"):
+        piqe.score(images)
 
 
 def test_listing_the_methods_imports_no_torch():
