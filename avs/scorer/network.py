@@ -60,9 +60,6 @@ class CrossReferenceNetwork(nn.Module):
     so the tokens of a reference image are computed once however often it is compared with.
     """
 
-    mean: Tensor
-    deviation: Tensor
-
     def __init__(self, settings: AnyNetwork, backbone: Backbone) -> None:
         """Build the parts behind ``backbone``, with weights drawn from torch's generator (see ``build_network``)."""
         super().__init__()
@@ -82,8 +79,6 @@ class CrossReferenceNetwork(nn.Module):
         self.head = nn.Sequential(
             nn.Linear(width, width), nn.LeakyReLU(0.01), nn.Linear(width, PATCH * PATCH), nn.Sigmoid()
         )
-        self.register_buffer("mean", torch.tensor(_IMAGENET_MEAN).view(1, 3, 1, 1), persistent=False)
-        self.register_buffer("deviation", torch.tensor(_IMAGENET_DEVIATION).view(1, 3, 1, 1), persistent=False)
 
     def encode(self, images: Tensor) -> Tensor:
         """Return the tokens of ``images``: ``tokens(features(images))``."""
@@ -117,8 +112,10 @@ class CrossReferenceNetwork(nn.Module):
         return torch.cat(resized, dim=1).permute(0, 2, 3, 1).contiguous()
 
     def normalized(self, images: Tensor) -> Tensor:
-        """Return the backbone's input: images in 0..1, less ImageNet's mean, over its deviation."""
-        return (images - self.mean) / self.deviation
+        """Return the backbone's input: images in 0..1, less ImageNet's mean, over its deviation, in its precision."""
+        mean, deviation = (images.new_tensor(v).view(3, 1, 1) for v in (_IMAGENET_MEAN, _IMAGENET_DEVIATION))
+        normal: Tensor = (images - mean) / deviation
+        return normal.to(self.positions.codes.dtype)
 
     def tokens(self, features: Tensor) -> Tensor:
         """Project ``features`` ``[n, rows, columns, channels]`` to the width of a token and add the position codes."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -13,15 +12,20 @@ from torch.nn.utils.rnn import pad_sequence
 
 from avs.resizing import Pixels, ResizeSettings, resized, to_tensor
 from avs.scorer.backbones import fused
-from avs.scorer.checkpoint import load_network
 from avs.scorer.network import CrossReferenceNetwork
+from avs.scorer.settings import Precision
 
 
 class CrossReferenceScorer:
     """Scores images against photographs of other views of the same scene."""
 
     def __init__(
-        self, network: CrossReferenceNetwork, resize: ResizeSettings, batch: int = 8, device: str = "cpu"
+        self,
+        network: CrossReferenceNetwork,
+        resize: ResizeSettings,
+        batch: int = 8,
+        device: str = "cpu",
+        precision: Precision = "float32",
     ) -> None:
         """Prepare ``network`` for inference.
 
@@ -30,11 +34,13 @@ class CrossReferenceScorer:
             resize: how images are resized first.
             batch: images in one pass; bounds the memory.
             device: ``cpu`` or ``cuda``.
+            precision: of weights and tokens; images are normalised, and maps averaged, in more.
         """
         self.resize = resize
         self.batch = batch
         self.device = device
-        self.network = network.with_backbone(fused(network.backbone)).to(device).eval()
+        merged = network.with_backbone(fused(network.backbone))
+        self.network = merged.to(device, dtype=getattr(torch, precision)).eval()
 
     @torch.inference_mode()
     def encode(self, images: Pixels) -> list[Tensor]:
@@ -68,7 +74,7 @@ class CrossReferenceScorer:
         predicted = []
         for rows, queries in self._tokens(images):
             memory, absent = _joined([torch.cat(list(references[row])) for row in rows])
-            predicted.append(self.network.predict(queries, memory, absent).cpu().numpy())
+            predicted.append(self.network.predict(queries, memory, absent).float().cpu().numpy())
         return np.concatenate(predicted)
 
     def score(self, images: Pixels, references: Sequence[Sequence[Tensor]]) -> npt.NDArray[np.float64]:
@@ -82,17 +88,6 @@ class CrossReferenceScorer:
             rows = range(start, min(start + self.batch, len(images)))
             batch = resized(to_tensor(images[rows.start : rows.stop], self.device), self.resize)
             yield rows, self.network.encode(batch.contiguous(memory_format=torch.channels_last))
-
-
-def load_scorer(
-    path: Path, resize: ResizeSettings, batch: int = 8, device: str = "cpu", backbone: str | None = None
-) -> CrossReferenceScorer:
-    """Read a trained scorer; ``backbone`` refuses one on another image encoder.
-
-    Raises:
-        UserError: the file is missing, damaged, not a scorer, or of another architecture.
-    """
-    return CrossReferenceScorer(load_network(path, backbone), resize, batch, device)
 
 
 def _joined(references: list[Tensor]) -> tuple[Tensor, Tensor | None]:

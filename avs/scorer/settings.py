@@ -15,6 +15,9 @@ BACKBONE_OF = {"repvit": "repvit_m0_9", "dinov2": "vit_small_patch14_dinov2"}
 PUBLISHED = {"dinov2": "crossscore"}
 """Scorers that others have trained and published, by their names in the manifest of ``avs.weights``."""
 
+Precision = Literal["float32", "bfloat16"]
+"""Numbers that a scorer computes with."""
+
 PATCH = 14
 """Pixels along a side of the square that one token describes, as in DINOv2 and CrossScore."""
 

@@ -13,7 +13,7 @@ from pydantic import Field, PositiveInt
 
 from avs.errors import UserError
 from avs.resizing import ResizeSettings
-from avs.scorer.settings import BACKBONE_OF, ReferenceSettings
+from avs.scorer.settings import BACKBONE_OF, Precision, ReferenceSettings
 from avs.selectors.base import Method, Resources, Selection, Settings, State, choose, render_candidates
 
 if TYPE_CHECKING:
@@ -32,6 +32,10 @@ class CrossReferenceSettings(Settings):
     )
     resize: ResizeSettings = Field(default=ResizeSettings(), description="size of the images that the network sees")
     batch: PositiveInt = Field(default=8, description="candidates rendered and scored at once; bounds the memory")
+    precision: Precision = Field(
+        default="float32",
+        description="numbers that the network computes with; bfloat16 is faster on a GPU or on a CPU with AMX only",
+    )
 
 
 class CrossReferenceSelector:
@@ -60,13 +64,17 @@ class CrossReferenceSelector:
             UserError: the weights are missing, damaged, or of another architecture.
         """
         if scorer is None:
-            from avs.scorer.scoring import load_scorer
+            from avs.scorer.checkpoint import load_network
+            from avs.scorer.scoring import CrossReferenceScorer
 
             if resources.weights is None:
                 raise UserError(
                     "cross-reference selector", "has no weights", "train its scorer and pass its checkpoint"
                 )
-            scorer = load_scorer(resources.weights, settings.resize, settings.batch, resources.device, backbone)
+            network = load_network(resources.weights, backbone)
+            scorer = CrossReferenceScorer(
+                network, settings.resize, settings.batch, resources.device, settings.precision
+            )
         self._settings = settings
         self._scorer = scorer
         self._tokens: dict[bytes, Tensor] = {}

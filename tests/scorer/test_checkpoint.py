@@ -6,6 +6,8 @@ import torch
 
 from avs.errors import UserError
 from avs.scorer.checkpoint import load_network, save_network
+from avs.scorer.network import build_network
+from avs.scorer.settings import DINOv2Settings
 
 REPVIT = {"backbone": "repvit_m0_9"}
 
@@ -30,6 +32,21 @@ def test_network_is_read_as_it_was_written(network, saved):
 def test_equal_networks_give_equal_bytes(network, saved, tmp_path):
     save_network(tmp_path / "again.safetensors", network)
     assert (tmp_path / "again.safetensors").read_bytes() == saved.read_bytes()
+
+
+def test_network_of_another_architecture_is_refused(saved):
+    line = "holds a network on repvit_m0_9, where vit_small_patch14_dinov2 is needed; pass the weights of the scorer"
+    with pytest.raises(UserError, match=line):
+        load_network(saved, backbone="vit_small_patch14_dinov2")
+    assert load_network(saved, backbone="repvit_m0_9").settings.backbone == "repvit_m0_9"
+
+
+def test_dinov2_is_read_as_it_was_written(tmp_path):
+    network = build_network(DINOv2Settings(), seed=5)
+    save_network(tmp_path / "dinov2.safetensors", network)
+    read = load_network(tmp_path / "dinov2.safetensors", backbone="vit_small_patch14_dinov2")
+    assert read.settings == network.settings
+    assert all(torch.equal(value, read.state_dict()[key]) for key, value in network.state_dict().items())
 
 
 def _write(path, state, header):

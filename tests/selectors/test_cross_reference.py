@@ -10,9 +10,13 @@ from factories import OnlyRenders, ring
 from avs import selectors
 from avs.errors import UserError
 from avs.representations.base import Rendering, Views
-from avs.scorer.settings import ReferenceSettings
+from avs.scorer.checkpoint import save_network
+from avs.scorer.network import build_network
+from avs.scorer.published import published_weights
+from avs.scorer.settings import DINOv2Settings, ReferenceSettings, RepViTSettings, ScorerSettings
 from avs.selectors.base import Resources, State
 from avs.selectors.cross_reference import CrossReferenceSelector, CrossReferenceSettings
+from avs.weights.cache import VARIABLE
 
 
 class Brightness:
@@ -117,9 +121,30 @@ def test_missing_references_are_left_out_or_black(pad, numbers):
         assert some.count(0) == numbers - 3
 
 
-def test_method_needs_weights():
-    method = selectors.find("ours-repvit").method
+@pytest.mark.parametrize(("identifier", "scorer"), [("ours-repvit", "repvit"), ("ours-dinov2", "dinov2")])
+def test_method_needs_weights(identifier, scorer):
+    method = selectors.find(identifier).method
     assert not method.higher_is_worse
-    assert method.scorer == "repvit"
+    assert method.scorer == scorer
     with pytest.raises(UserError, match="has no weights"):
         method.build(method.settings(), Resources())
+
+
+def test_method_refuses_the_weights_of_the_other(tmp_path):
+    path = tmp_path / "weights.safetensors"
+    save_network(path, build_network(RepViTSettings(), seed=0))
+    selectors.find("ours-repvit").method.build(CrossReferenceSettings(), Resources(path))
+    with pytest.raises(UserError, match="holds a network on repvit_m0_9, where vit_small_patch14_dinov2 is needed"):
+        selectors.find("ours-dinov2").method.build(CrossReferenceSettings(), Resources(path))
+
+
+def test_published_weights_are_used_where_they_are(tmp_path, monkeypatch):
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
+    settings = ScorerSettings(network=DINOv2Settings())
+    assert published_weights("dinov2", settings) is None
+    path = tmp_path / "crossscore" / "CrossScore-v1.0.0.ckpt"
+    path.parent.mkdir()
+    path.touch()
+    assert published_weights("dinov2", settings) == path
+    assert published_weights("dinov2", ScorerSettings(network=DINOv2Settings(), published=False)) is None
+    assert published_weights("repvit", ScorerSettings()) is None
