@@ -44,8 +44,13 @@ FLOAT64_GEOMETRY = 1e-13
 FLOAT64_PIXELS = 1e-9
 # avs/selectors/no_reference.py: known scores have two decimals, the last of them rounded more than once.
 QUALITY_KNOWN = 0.01
-# avs/quality/niqe.py: the same operations in float64, in another order around the pseudo-inverse of a covariance.
-NIQE_SAME = 1e-9
+# avs/quality/niqe.py: pyiqa rounds its window to float32, 3e-8 of squared luminances up to 65025, beside variances of
+# order one in blurred images; relative, measured 7e-4.
+NIQE_PYIQA = 2e-3
+# The same window in float64, by rows and columns or at once: roundings of 1e-16 of squared luminances, whose difference
+# is a variance; the root of one near zero keeps half of the digits.
+LOCAL_MEAN = 1e-10
+LOCAL_DEVIATION = 1e-4
 # avs/datasets/captures.py: the centroid of a dot of 2 px radius in 8 bits, after bilinear undistortion and resizing,
 # whose neighbours' tails reach its window: 0.07 px at most; the distortions of the tests shift points by over ten
 # times as much.
@@ -53,10 +58,9 @@ DOT_CENTROID = 0.1
 # avs/datasets/captures.py: median reprojection error of structure from motion on real photographs of 480 px, as COLMAP
 # leaves it (0.10 to 0.35 px).
 REAL_REPROJECTION = 0.5
-# avs/representations/gaussians/information.py: one multiplication more, and factors that underflow nowhere.
-FISHER_FACTORS = 1e-5
-# The same sum of squares from autograd, pixel by pixel, both float32; relative to an entry or to the column's largest.
-FISHER_AUTOGRAD = 1e-3
+# avs/representations/gaussians/probes.py: in standard deviations. The mean of 400 squares has tails a little heavier than
+# a normal distribution; some five hundred of them are compared.
+PROBES_DEVIATIONS = 6.0
 
 # avs/representations/gaussians/rasterizer.py: float32 against float64. Colours and opacities are of order one; a few
 # dozen Gaussians with a rounding of 1e-7 each, through exponents of up to 8. Relative to the largest depth.
@@ -65,7 +69,8 @@ RASTER_IMAGE = 1e-4
 RASTER_GRADIENT = 1e-3
 # The same where pixels stop, at transmittances of 1e-4 that divide the rounding of what is left; measured 3e-5.
 RASTER_GRADIENT_SATURATED = 1e-3
-# avs/representations/gaussians/fisher.py: each element, relative; products of two gradients. Measured 1e-5.
+# avs/representations/gaussians/fisher.py: each element, relative; products of two gradients. Measured 1e-5, and 4e-4 for
+# Gaussians a hundred times as long as wide.
 FISHER_DIAGONAL = 1e-3
 
 # avs/datasets/embedded: the mesh is stored in float32 and cast again by the same rays.

@@ -101,7 +101,6 @@ def patch_features(grey: Tensor, side: int) -> Tensor:
         side: pixels of a patch's side, even.
     """
     import torch
-    from pyiqa.archs.func_util import normalize_img_with_gauss
     from pyiqa.archs.niqe_arch import compute_feature
     from pyiqa.matlab_utils import blockproc, imresize
 
@@ -109,11 +108,29 @@ def patch_features(grey: Tensor, side: int) -> Tensor:
     grey = grey[..., :height, :width]
     features = []
     for scale in (1, 2):
-        normalized = normalize_img_with_gauss(grey, padding="replicate")
+        mean, deviation = local_statistics(grey)
+        normalized = (grey - mean) / (deviation + 1.0)
         features.append(blockproc(normalized, [side // scale, side // scale], fun=compute_feature))
         if scale == 1:
             grey = imresize(grey / 255.0, scale=0.5, antialiasing=True) * 255.0
     return torch.cat(features, dim=-1)
+
+
+def local_statistics(grey: Tensor) -> tuple[Tensor, Tensor]:
+    """Return the local mean and standard deviation of ``[n, 1, height, width]`` luminance, of its shape.
+
+    The window is a Gaussian of 7x7 pixels and sigma 7/6. It is applied by rows and by columns, which takes half of the
+    time that the whole of NIQE takes with pyiqa's 7x7 window in float64; pyiqa's is rounded to float32.
+    """
+    import torch
+    from torch.nn import functional
+
+    window = torch.exp(-0.5 * (torch.arange(-3, 4, dtype=grey.dtype, device=grey.device) / (7 / 6)) ** 2)
+    window = window / window.sum()
+    moments = functional.pad(torch.cat([grey, grey**2], dim=1), (3, 3, 3, 3), mode="replicate")
+    rows = functional.conv2d(moments.flatten(0, 1)[:, None], window.view(1, 1, 1, 7))
+    mean, square = functional.conv2d(rows, window.view(1, 1, 7, 1)).reshape(len(grey), 2, 1, *grey.shape[-2:]).unbind(1)
+    return mean, ((square - mean**2).abs() + torch.finfo(grey.dtype).eps).sqrt()
 
 
 def read_published(path: Path) -> Gaussian:

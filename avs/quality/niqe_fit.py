@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from avs.errors import UserError
 from avs.files import atomic_path, canonical_json
-from avs.quality.niqe import FEATURES, Gaussian, checked, luminance, patch_features
+from avs.quality.niqe import FEATURES, Gaussian, checked, local_statistics, luminance, patch_features
 from avs.quality.settings import FitSettings
 from avs.resizing import Pixels, resized, to_tensor
 from avs.scene import read_scene
@@ -83,14 +83,11 @@ def sharp_features(images: Pixels, settings: FitSettings) -> np.ndarray[tuple[in
 
 def patch_sharpness(grey: Tensor, side: int) -> Tensor:
     """Return the mean local deviation ``[n, patches]`` of the patches of ``patch_features``, in their order."""
-    from pyiqa.matlab_utils import blockproc, fspecial, imfilter
+    from pyiqa.matlab_utils import blockproc
 
     height, width = (length // side * side for length in grey.shape[-2:])
-    grey = grey[..., :height, :width]
-    window = fspecial(7, 7.0 / 6, 1).to(grey)  # the window of the normalisation, pyiqa.archs.func_util
-    mean = imfilter(grey, window, padding="replicate")
-    variance = imfilter(grey**2, window, padding="replicate") - mean**2
-    means: Tensor = blockproc(variance.clamp(min=0).sqrt(), [side, side], fun=lambda block, _: block.mean((1, 2, 3)))
+    _, deviation = local_statistics(grey[..., :height, :width])
+    means: Tensor = blockproc(deviation, [side, side], fun=lambda block, _: block.mean((1, 2, 3)))
     return means
 
 

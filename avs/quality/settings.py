@@ -23,7 +23,5 @@ class FitSettings(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    resize: ResizeSettings = Field(
-        default=ResizeSettings(), description="size of the pictures that the metric sees"
-    )
+    resize: ResizeSettings = Field(default=ResizeSettings(), description="size of the pictures that the metric sees")
     refit: RefitSettings = Field(default=RefitSettings(), description="which patches count")

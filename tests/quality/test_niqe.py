@@ -7,11 +7,11 @@ from skimage import data
 
 from avs.compatibility import prepare_torchvision
 from avs.errors import UserError
-from avs.quality.niqe import NIQE, Gaussian, luminance, patch_features, read_published
+from avs.quality.niqe import NIQE, Gaussian, local_statistics, luminance, patch_features, read_published
 from avs.quality.niqe_fit import fit, patch_sharpness, read_refitted, sharp_features, write_refitted
 from avs.quality.settings import FitSettings, RefitSettings
 from avs.resizing import ResizeSettings
-from tests.tolerances import NIQE_SAME
+from tests.tolerances import LOCAL_DEVIATION, LOCAL_MEAN, NIQE_PYIQA
 
 torch = pytest.importorskip("torch")
 prepare_torchvision()
@@ -36,7 +36,22 @@ def test_scores_are_those_of_pyiqa(shared_weights):
     path = shared_weights / "pyiqa/niqe_modelparameters.mat"
     images = torch.cat([tensor(picture()[:, :290, :400]), tensor(picture("coffee")[:, :290, :400])])
     expected = pyiqa.create_metric("niqe", device=torch.device("cpu"), pretrained_model_path=str(path))(images)
-    torch.testing.assert_close(NIQE(read_published(path))(images), expected, rtol=NIQE_SAME, atol=0)
+    torch.testing.assert_close(NIQE(read_published(path))(images), expected, rtol=NIQE_PYIQA, atol=0)
+
+
+def test_local_statistics_are_those_of_the_whole_window():
+    from scipy import ndimage
+
+    grey = np.random.default_rng(0).integers(0, 256, (30, 40)).astype(np.float64)
+    grey[:, :20] = 7
+    offsets = np.arange(-3, 4)
+    window = np.exp(-(offsets[:, None] ** 2 + offsets**2) / (2 * (7 / 6) ** 2))
+    window /= window.sum()
+    expected = ndimage.correlate(grey, window, mode="nearest")
+    variance = ndimage.correlate(grey**2, window, mode="nearest") - expected**2
+    mean, deviation = (values[0, 0].numpy() for values in local_statistics(torch.from_numpy(grey)[None, None]))
+    np.testing.assert_allclose(mean, expected, atol=LOCAL_MEAN)
+    np.testing.assert_allclose(deviation, np.sqrt(np.abs(variance)), atol=LOCAL_DEVIATION)
 
 
 def test_image_with_flat_patches_is_scored_by_the_others():
