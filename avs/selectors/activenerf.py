@@ -26,8 +26,10 @@ class ActiveNerfSettings(Settings):
 
     form: Literal["clean", "pull_request"] = Field(
         default="clean",
-        description="clean: weights alpha_i T_i, as colours have them; pull_request: alpha_i T_(i+1) throughout, and "
-        "nothing left after a view where a pixel's blending ended early, as in the code proposed to FisherRF",
+        description="clean: weights alpha_i T_i, as colours have them; pull_request, as in the code proposed to "
+        "FisherRF: alpha_i T_(i+1), no gradient from the variance to the geometry, and nothing left after a view where "
+        "a pixel's blending ended early. With the floor of 0.1 that form never leaves its first variances: the squares "
+        "of a pixel's weights sum up to 0.0902 at most",
     )
     numerator: Literal["squared_weight", "one"] = Field(
         default="squared_weight",
@@ -102,9 +104,10 @@ METHODS = {
         group="3D-based",
         source=(
             "Pan et al., arXiv 2209.08546, carried over to 3D Gaussians as in the code proposed to FisherRF (pull "
-            "request 8, commit d8c943b): a log-variance per Gaussian, the likelihood in the place of L1. Deviations: "
-            "weights are those of the colours and every pixel is counted alike unless form is pull_request; "
-            "the reconstruction goes on after a selection unless refit is reinit."
+            "request 8, commit d8c943b): a log-variance per Gaussian, the likelihood in the place of L1. Two "
+            "deviations: unless form is pull_request, weights are those of the colours, the likelihood is "
+            "differentiated completely and saturated pixels count as others do; and the reconstruction goes on after a "
+            "selection unless refit is reinit."
         ),
         higher_is_worse=True,
         build=ActiveNerfSelector,

@@ -198,7 +198,8 @@ class GaussianSplats:
         tensors, state = read_checkpoint(path)
         names = (*NAMES, *self._objective.parameters)
         if set(state.adam_steps) != set(names):
-            raise UserError(path, f"has not the parameters {', '.join(names)}", "fit again with this method")
+            fault = f"has the parameters {', '.join(sorted(state.adam_steps))} instead of {', '.join(sorted(names))}"
+            raise UserError(path, fault, "load it for the method that it was fitted for, or fit again")
         if state.settings != self.settings or state.extent != self.extent:
             raise UserError(path, "was written with other settings or for another scene", "fit again")
         tensors = {name: tensor.to(self._device) for name, tensor in tensors.items()}
