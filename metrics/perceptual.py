@@ -26,10 +26,12 @@ Net = Literal["vgg", "alex"]
 Range = Literal["zero_one", "minus_one"]
 
 WEIGHTS_VARIABLE = "AVS_WEIGHTS"
-"""Environment variable: a folder that is searched for weights before torch's own ``hub/checkpoints``."""
+"""Environment variable: the cache folder of weights; ``avs/weights`` in the user's folder of caches by default."""
 
 # torchvision's ImageNet classifiers, by their file names; the digits are the first of the file's SHA-256.
 _BACKBONES: dict[Net, str] = {"vgg": "vgg16-397923af.pth", "alex": "alexnet-owt-7be5be79.pth"}
+
+_COMMAND = "python -m avs weights fetch lpips"
 
 
 class Lpips:
@@ -81,22 +83,20 @@ class Lpips:
 def lpips_absent_reason(net: Net) -> str | None:
     """Return None if the weights of ``net`` are on this machine, or one line that says what is missing.
 
-    Looks in the folder that ``AVS_WEIGHTS`` names and in ``hub/checkpoints`` of torch; never at the network. The text
-    is the same on every machine, so that a record can hold it.
+    Looks in the folder ``torchvision`` of the cache folder and in ``hub/checkpoints`` of torch; never at the network.
+    The text is the same on every machine, so that a record can hold it.
     """
     if _find(net) is not None:
         return None
-    return (
-        f"weights {_BACKBONES[net]} absent: put torchvision's file into ${WEIGHTS_VARIABLE} or torch's hub/checkpoints"
-    )
+    return f"weights {_BACKBONES[net]} absent: {_COMMAND}-{net}"
 
 
 def _find(net: Net) -> Path | None:
     import torch
 
-    folders = [Path(torch.hub.get_dir()) / "checkpoints"]
-    if named := os.environ.get(WEIGHTS_VARIABLE):
-        folders.insert(0, Path(named))
+    caches = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    cache = Path(os.environ.get(WEIGHTS_VARIABLE) or caches / "avs" / "weights")
+    folders = (cache / "torchvision", Path(torch.hub.get_dir()) / "checkpoints")
     return next((folder / _BACKBONES[net] for folder in folders if (folder / _BACKBONES[net]).is_file()), None)
 
 
@@ -109,7 +109,7 @@ def _verified(net: Net) -> Path:
         digest = hashlib.file_digest(stream, "sha256").hexdigest()
     expected = path.stem.rsplit("-", 1)[1]
     if not digest.startswith(expected):
-        raise ValueError(f"{path}: its SHA-256 starts with {digest[:8]}, not {expected}; download the file again")
+        raise ValueError(f"{path}: its SHA-256 starts with {digest[:8]}, not {expected}; {_COMMAND}-{net}")
     return path
 
 

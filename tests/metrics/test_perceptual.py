@@ -25,7 +25,7 @@ def empty_folders(tmp_path, monkeypatch):
     monkeypatch.setattr(socket.socket, "connect", refuse)
     monkeypatch.setattr(socket, "getaddrinfo", refuse)
     monkeypatch.setenv("AVS_WEIGHTS", str(tmp_path / "weights"))
-    monkeypatch.setattr(torch.hub, "get_dir", lambda: str(tmp_path / "hub"))
+    monkeypatch.setenv("TORCH_HOME", str(tmp_path))
     from avs.compatibility import prepare_torchvision
 
     prepare_torchvision()
@@ -67,7 +67,23 @@ def test_absent_weights_are_told_without_the_network_or_a_path(net, tmp_path):
         Lpips(net, "minus_one")
 
 
-@pytest.mark.parametrize("folder", ["weights", "hub/checkpoints"])
+@pytest.mark.parametrize("variable", ["AVS_WEIGHTS", "XDG_CACHE_HOME"])
+@pytest.mark.parametrize("net", ["vgg", "alex"])
+def test_cache_folder_and_command_are_those_of_the_weights_manager(net, variable, tmp_path, monkeypatch):
+    from avs.weights import cache, locate, missing
+
+    monkeypatch.delenv("AVS_WEIGHTS")
+    monkeypatch.setenv(variable, str(tmp_path / "cache"))
+    name = f"lpips-{net}"
+    assert lpips_absent_reason(net).endswith(missing([name]).split(": ")[1])
+    path = cache.folder() / cache.find(name).path
+    path.parent.mkdir(parents=True)
+    path.touch()
+    assert lpips_absent_reason(net) is None
+    assert locate(name) == path
+
+
+@pytest.mark.parametrize("folder", ["weights/torchvision", "hub/checkpoints"])
 def test_weights_are_found_in_both_folders_and_their_hash_is_checked(folder, alexnet, tmp_path, monkeypatch):
     place = tmp_path / folder
     place.mkdir(parents=True)
