@@ -58,8 +58,8 @@ DOT_CENTROID = 0.1
 # avs/datasets/captures.py: median reprojection error of structure from motion on real photographs of 480 px, as COLMAP
 # leaves it (0.10 to 0.35 px).
 REAL_REPROJECTION = 0.5
-# avs/representations/gaussians/probes.py: in standard deviations. The mean of 400 squares has tails a little heavier than
-# a normal distribution; some five hundred of them are compared.
+# avs/representations/gaussians/probes.py: in standard deviations. The mean of 400 squares has tails a little heavier
+# than a normal distribution; some five hundred of them are compared.
 PROBES_DEVIATIONS = 6.0
 
 # avs/representations/gaussians/rasterizer.py: float32 against float64. Colours and opacities are of order one; a few
@@ -69,8 +69,8 @@ RASTER_IMAGE = 1e-4
 RASTER_GRADIENT = 1e-3
 # The same where pixels stop, at transmittances of 1e-4 that divide the rounding of what is left; measured 3e-5.
 RASTER_GRADIENT_SATURATED = 1e-3
-# avs/representations/gaussians/fisher.py: each element, relative; products of two gradients. Measured 1e-5, and 4e-4 for
-# Gaussians a hundred times as long as wide.
+# avs/representations/gaussians/fisher.py: each element, relative; products of two gradients. Measured 1e-5, and 4e-4
+# for Gaussians a hundred times as long as wide.
 FISHER_DIAGONAL = 1e-3
 
 # avs/datasets/embedded: the mesh is stored in float32 and cast again by the same rays.
@@ -88,3 +88,13 @@ RANKING = 1e-12
 VARIANCE_REDUCTION = 1e-4
 # avs/representations/gaussians/likelihood.py: float64 inside, one rounding to float32.
 LIKELIHOOD = 1e-6
+
+# avs/selectors/fisher.py, popgs.py: sums in float64 in another order, of ratios of one sign.
+INFORMATION_SUMS = 1e-12
+# avs/warping.py: float32 coordinates of a few hundred pixels, times differences of neighbouring colours up to 1;
+# relative to a sum over pixels.
+WARPING = 1e-4
+# avs/representations/gaussians/front_weights.py: weights in float32, as in the rasteriser.
+BLENDING_WEIGHTS = 1e-4
+# avs/selectors/gauss_mi.py: evidence, weights and a rendered image in float32; relative.
+GAUSS_MI = 1e-4

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TypeVar, cast, runtime_checkable
@@ -82,20 +82,56 @@ class Copyable(Protocol):
         ...
 
 
+@dataclass(frozen=True)
+class FisherInformation:
+    """Diagonal Fisher information of one rendering, without the primitives that do not show in it: they have none.
+
+    Per parameter it is the sum over pixels of the squared derivative of the pixel's channel sum (FisherRF, arXiv
+    2311.17874, as its kernel computes it).
+
+    Attributes:
+        rows: the m primitives that show, ``[m]`` int64, ascending.
+        values: ``[m, parameters]`` float32, not negative; a parameter's column is the same in every view.
+        primitives: number of all primitives.
+    """
+
+    rows: npt.NDArray[np.int64]
+    values: npt.NDArray[np.float32]
+    primitives: int
+
+
 @runtime_checkable
 class HasFisherDiagonal(Protocol):
     """Capability ``fisher_diagonal``."""
 
-    def fisher_diagonal(self, cameras: Cameras, chain: str) -> Iterator[npt.NDArray[np.float32]]:
-        """Yield, camera by camera, the diagonal Fisher information of one rendering.
-
-        Each is a ``[primitives, parameters]`` array of non-negative float32: per parameter the sum over pixels of the
-        squared derivative of the pixel's channel sum (FisherRF, arXiv 2311.17874, as its kernel computes it).
+    def fisher_diagonal(self, cameras: Cameras, chain: str, parameters: Sequence[str]) -> Iterator[FisherInformation]:
+        """Yield the exact diagonal Fisher information of one camera's rendering after another.
 
         Args:
             cameras: the cameras, of any sizes.
             chain: how the derivative of an activation enters: ``once`` as FisherRF's code has it, ``squared`` as the
                 diagonal of the Gauss-Newton matrix has it.
+            parameters: names of the groups of parameters that get columns.
+        """
+        ...
+
+
+@runtime_checkable
+class HasFisherProbes(Protocol):
+    """Capability ``fisher_probes``."""
+
+    def fisher_probes(
+        self, cameras: Cameras, chain: str, parameters: Sequence[str], probes: int, seeds: Sequence[int]
+    ) -> Iterator[FisherInformation]:
+        """Yield unbiased estimates of what ``fisher_diagonal`` yields.
+
+        Args:
+            cameras: the cameras, of any sizes.
+            chain: as in ``fisher_diagonal``.
+            parameters: as in ``fisher_diagonal``.
+            probes: number of random sign images; the standard deviation of an estimate is at most sqrt(2 / probes)
+                times its mean.
+            seeds: of the sign images, one per camera.
         """
         ...
 
@@ -192,6 +228,40 @@ class HasVarianceReduction(Protocol):
 
         Raises:
             ValueError: there is no extension.
+        """
+        ...
+
+
+@runtime_checkable
+class HasBlendingWeights(Protocol):
+    """Capability of a representation whose pixels are weighted sums over primitives."""
+
+    @property
+    def centres(self) -> npt.NDArray[np.float32]:
+        """Positions of the primitives, ``[primitives, 3]``, world coordinates."""
+        ...
+
+    def blended_values(self, camera: Cameras, values: npt.NDArray[np.float32]) -> FloatImages:
+        """Return the image ``[height, width]`` of one value per primitive, blended as colours are, 0 behind.
+
+        Args:
+            camera: one camera.
+            values: ``[primitives]``.
+        """
+        ...
+
+    def front_weights(
+        self, camera: Cameras, image: FloatImages, transmittance: float
+    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+        """Return, per primitive, the sum of weight times ``image`` over pixels, and the number of these pixels.
+
+        A primitive's pixels are those where it is blended and the transmittance in front of it is above
+        ``transmittance``.
+
+        Args:
+            camera: one camera.
+            image: ``[height, width]``.
+            transmittance: 0 for all of a primitive's pixels.
         """
         ...
 

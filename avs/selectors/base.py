@@ -18,7 +18,7 @@ import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict
 
 from avs.cameras import Cameras
-from avs.representations.base import Renderer, Representation
+from avs.representations.base import Renderer, Rendering, Representation
 from avs.views import Views
 
 ORACLE = "Oracle"
@@ -151,6 +151,21 @@ class Method:
     oracle: bool = False
 
 
+def render_in_batches(
+    renderer: Renderer, cameras: Cameras, batch: int
+) -> Iterator[tuple[npt.NDArray[np.int64], Rendering, float]]:
+    """Render all ``cameras``, at most ``batch`` of one image size at once.
+
+    Yields:
+        The rows of the cameras, their renderings, and the seconds it took.
+    """
+    for _, indices in cameras.by_size():
+        for rows in np.split(indices, range(batch, len(indices), batch)):
+            start = time.perf_counter()
+            rendering = renderer.render(cameras[rows])
+            yield rows, rendering, time.perf_counter() - start
+
+
 def render_candidates(
     state: State, batch: int
 ) -> Iterator[tuple[npt.NDArray[np.int64], npt.NDArray[np.float32], float]]:
@@ -159,11 +174,8 @@ def render_candidates(
     Yields:
         The rows of the candidates, their renderings ``[rows, height, width, 3]`` in 0..1, and the seconds it took.
     """
-    for _, indices in state.candidates.by_size():
-        for rows in np.split(indices, range(batch, len(indices), batch)):
-            start = time.perf_counter()
-            rgb = state.representation.render(state.candidates[rows]).rgb
-            yield rows, rgb, time.perf_counter() - start
+    for rows, rendering, seconds in render_in_batches(state.representation, state.candidates, batch):
+        yield rows, rendering.rgb, seconds
 
 
 def choose(scores: npt.NDArray[np.float64], k: int, higher_is_worse: bool) -> npt.NDArray[np.int64]:

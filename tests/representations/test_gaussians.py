@@ -1,4 +1,4 @@
-"""Fitting, rendering, Fisher information and checkpoints of Gaussians, on a scene of Gaussians of known parameters."""
+"""Fitting, rendering and checkpoints of Gaussians, on a scene of Gaussians of known parameters."""
 
 import numpy as np
 import pytest
@@ -6,13 +6,10 @@ import torch
 
 from avs.cameras import Cameras
 from avs.errors import UserError
-from avs.representations.base import HasFisherDiagonal
-from avs.representations.gaussians.information import parameter_fisher
 from avs.representations.gaussians.initialization import PointCloud
 from avs.representations.gaussians.settings import Densification, GaussianSettings, InitialPoints
 from avs.representations.gaussians.splats import GaussianSplats, build
 from avs.views import Views
-from tests import tolerances
 from tests.factories import ring, small_scene
 
 DENSIFICATION = Densification(start=20, every=20, until=150, opacity_reset_every=70, prune_scale=10.0, max_gaussians=70)
@@ -179,52 +176,6 @@ def test_the_background_shows_where_nothing_is():
     cloud = PointCloud(CLOUD.positions * 0.01, CLOUD.colors)
     rendering = GaussianSplats(cloud, 1.0, settings, np.random.default_rng(0), "cpu").render(CAMERAS)
     np.testing.assert_allclose(rendering.rgb[0, 0, 0], [0.2, 0.4, 0.6], atol=1e-6)
-
-
-def test_fisher_diagonal_has_a_row_per_gaussian_and_a_column_per_parameter(views):
-    representation = splats()
-    representation.fit(views, 45)
-    assert isinstance(representation, HasFisherDiagonal)
-    mixed = Cameras(*(np.concatenate(pair) for pair in zip(_fields(CAMERAS[:1]), _fields(ring(5)[:1]), strict=True)))
-    diagonals = list(representation.fisher_diagonal(mixed, "once"))
-    assert [diagonal.shape for diagonal in diagonals] == [(representation.primitives, 7 + 3 * 9)] * 2
-    assert all(diagonal.dtype == np.float32 and (diagonal >= 0).all() for diagonal in diagonals)
-    assert diagonals[0][:, :6].any()
-    assert diagonals[0][:, 6:15].any()
-    assert not diagonals[0][:, 15:30].any(), "harmonics above the degree in use carry information"
-
-
-def _fields(cameras):
-    return cameras.world_to_camera, cameras.intrinsics, cameras.sizes
-
-
-def test_chain_enters_once_or_squared(views):
-    representation = splats()
-    once, squared = (next(representation.fisher_diagonal(CAMERAS[:1], chain)) for chain in ("once", "squared"))
-    np.testing.assert_array_equal(once[:, :-4], squared[:, :-4])
-    scales = representation.parameters["scales"].detach().exp().numpy()
-    opacities = torch.sigmoid(representation.parameters["opacities"].detach()).numpy()
-    np.testing.assert_allclose(squared[:, -4:-1], once[:, -4:-1] * scales, rtol=tolerances.FISHER_FACTORS)
-    np.testing.assert_allclose(
-        squared[:, -1], once[:, -1] * opacities * (1 - opacities), rtol=tolerances.FISHER_FACTORS
-    )
-    with pytest.raises(UserError, match="once, squared"):
-        representation.fisher_diagonal(CAMERAS, "twice")
-
-
-def test_squared_fisher_is_the_sum_of_squared_pixel_derivatives():
-    """Against autograd, one backward pass for each pixel of a small image."""
-    representation = splats(SETTINGS.model_copy(update={"sh_degree": 1}))
-    camera = ring(6, size=(5, 4))[:1]
-    (fisher,) = parameter_fisher(representation.parameters, camera, 0, (0.0, 0.0, 0.0), "squared")
-    image = representation._rasterize(camera, 0, "RGB")[0]
-    expected = np.zeros_like(fisher)
-    tensors = [representation.parameters[name] for name in ("means", "sh", "scales", "opacities")]
-    for value in image.sum(dim=-1).flatten():
-        gradients = torch.autograd.grad(value, tensors, retain_graph=True)
-        expected += torch.cat([gradient.reshape(len(fisher), -1) for gradient in gradients], dim=1).numpy() ** 2
-    allowed = tolerances.FISHER_AUTOGRAD * (expected + expected.max(axis=0))
-    assert (np.abs(fisher - expected) <= allowed).all()
 
 
 def test_parameters_that_are_not_finite_stop_the_fit(views):

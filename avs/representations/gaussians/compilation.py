@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
+from torch import Tensor
 
 from avs.cameras import Cameras
+from avs.representations.base import PrimitiveParameter, VarianceReduction
 from avs.representations.gaussians.initialization import PointCloud
+from avs.representations.gaussians.likelihood import negative_log_likelihood
 from avs.representations.gaussians.settings import GaussianSettings
 from avs.representations.gaussians.splats import GaussianSplats
 from avs.views import Views
@@ -19,7 +24,27 @@ def compile_kernels() -> None:
     cameras = Cameras(
         np.eye(4)[None], np.array([[[32.0, 0.0, 16.0], [0.0, 32.0, 16.0], [0.0, 0.0, 1.0]]]), np.array([[32, 32]])
     )
+    views = Views(cameras, (np.full((32, 32, 3), 128, dtype=np.uint8),))
     splats = GaussianSplats(cloud, 1.0, GaussianSettings(), generator, "cpu")
-    splats.fit(Views(cameras, (np.full((32, 32, 3), 128, dtype=np.uint8),)), 2)
+    splats.fit(views, 2)
     splats.render(cameras)
-    next(splats.fisher_diagonal(cameras, "once"))
+    next(splats.fisher_diagonal(cameras, "once", ("means",)))
+    splats.front_weights(cameras, np.ones((32, 32), dtype=np.float32), 0.8)
+    splats.blended_values(cameras, np.ones(16, dtype=np.float32))
+    splats = GaussianSplats(cloud, 1.0, GaussianSettings(), generator, "cpu")
+    splats.extend(_Variance())
+    splats.fit(views, 2)
+    splats.variance_reduction(cameras, VarianceReduction(constant=1e-4, weighted=True, saturated=False))
+
+
+class _Variance:
+    """The shortest extension that calls every kernel of one."""
+
+    parameters: Mapping[str, PrimitiveParameter] = {"variances": PrimitiveParameter(initial=1.0)}
+    attenuated = False
+
+    def variances(self, values: Mapping[str, Tensor]) -> Tensor:
+        return values["variances"]
+
+    def data_term(self, image: Tensor, variance: Tensor, photograph: Tensor) -> Tensor:
+        return negative_log_likelihood(image, variance, photograph, floor=0.1)

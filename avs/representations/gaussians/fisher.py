@@ -10,7 +10,9 @@ import torch
 from torch import Tensor
 
 from avs.representations.gaussians.blending import blend
-from avs.representations.gaussians.fisher_kernels import apply_chain, second_moments
+from avs.representations.gaussians.fisher_chain import apply_chain
+from avs.representations.gaussians.fisher_moments import WEIGHT, second_moments
+from avs.representations.gaussians.kernels import Floats, Integers
 from avs.representations.gaussians.projection import camera_numbers, project_gaussians
 from avs.representations.gaussians.records import pack_records
 from avs.representations.gaussians.spherical_harmonics import view_dependent_colors
@@ -21,14 +23,18 @@ from avs.representations.gaussians.tiles import depth_order
 class FisherDiagonal:
     """Per parameter, the sum over pixels of the squared derivative of the pixel's channel sum; float32, not negative.
 
+    It is 0 for Gaussians without a row and for harmonics above the degree that was rendered.
+
     Attributes:
-        means: ``[N, 3]``.
-        scales: ``[N, 3]``.
-        quats: ``[N, 4]``.
-        opacities: ``[N]``.
-        sh: ``[N, K, 3]``; 0 above the degree that was rendered.
+        rows: the M Gaussians that show in the image, ``[M]`` int64, ascending.
+        means: ``[M, 3]``.
+        scales: ``[M, 3]``.
+        quats: ``[M, 4]``, or ``[0, 4]`` where they were left out.
+        opacities: ``[M]``.
+        sh: ``[M, (d + 1)^2, 3]``, d being the degree that was rendered.
     """
 
+    rows: Tensor
     means: Tensor
     scales: Tensor
     quats: Tensor
@@ -53,12 +59,12 @@ def fisher_diagonal(
     far_plane: float = 1e10,
     eps2d: float = 0.3,
     rasterize_mode: Literal["classic", "antialiased"] = "classic",
+    rotations: bool = True,
 ) -> FisherDiagonal:
     """Return the diagonal of J^T J of one rendering, J being the derivative of each pixel's channel sum.
 
     Exact: no probes, no sampling. The parameters are the tensors as passed (scales after the exponential, opacities
-        after
-    the sigmoid); the chain through the activations is the caller's.
+    after the sigmoid); the chain through the activations is the caller's.
 
     It differs from FisherRF's CUDA kernel in these points:
 
@@ -66,8 +72,8 @@ def fisher_diagonal(
     * Quaternions are normalised inside, so that their derivative has no radial part; FisherRF's kernel is handed
       normalised ones and differentiates as if they were free. FisherRF's score leaves rotations out by default.
     * FisherRF's kernel offsets the pointer to the harmonics by K floats per Gaussian instead of 3 K, so that above
-    degree
-      0 its derivative of the colour by the centre uses other Gaussians' coefficients. Here they are a Gaussian's own.
+      degree 0 its derivative of the colour by the centre uses other Gaussians' coefficients. Here they are a
+      Gaussian's own.
     * No derivative flows through a channel held at 0, nor through an opacity held at 0.999.
 
     Args:
@@ -86,6 +92,7 @@ def fisher_diagonal(
         far_plane: Gaussians farther than this are left out.
         eps2d: variance in square pixels that is added to each image covariance.
         rasterize_mode: as in ``rasterization``.
+        rotations: whether the diagonal by the quaternions is wanted.
     """
     antialiased = rasterize_mode == "antialiased"
     means, quats, scales = means.contiguous(), quats.contiguous(), scales.contiguous()
@@ -103,13 +110,30 @@ def fisher_diagonal(
     records = pack_records(order, image, conic, effective, summed, depths[0].numpy(), radii[0].numpy(), False)
     transmittance, pixels, entries, offsets = blend(records, (0,), (), 0.0, width, height)
     behind = np.float32(0.0 if background is None else float(background.sum()))
-    moments = second_moments(records, entries, offsets, transmittance, pixels, behind, width, height)
-    result = FisherDiagonal(*(torch.zeros_like(x) for x in (means, scales, quats, opacities, sh_coefficients)))
+    shears = conic[order, 1] / conic[order, 2]
+    moments = second_moments(records, shears, entries, offsets, transmittance, pixels, behind, width, height)
+    gaussians, places = _shown(order, moments)
+    count = len(gaussians)
+    result = FisherDiagonal(
+        rows=torch.from_numpy(gaussians),
+        means=torch.empty(count, 3),
+        scales=torch.empty(count, 3),
+        quats=torch.empty(count if rotations else 0, 4),
+        opacities=torch.empty(count),
+        sh=torch.zeros(count, (sh_degree + 1) ** 2, 3),
+    )
     pose, lens = camera_numbers(viewmat, intrinsics, width, height)
     apply_chain(
-        order, moments, *(x.numpy() for x in (means, quats, scales, opacities)), effective, sh_coefficients.numpy(),
+        gaussians, places, moments, shears, *(x.numpy() for x in (means, quats, scales, opacities, sh_coefficients)),
         colors.numpy(), conic, compensations[0].numpy(), pose, lens, centre.numpy(), np.float32(eps2d), sh_degree,
         antialiased, result.means.numpy(), result.quats.numpy(), result.scales.numpy(), result.opacities.numpy(),
         result.sh.numpy(),
     )  # fmt: skip
     return result
+
+
+def _shown(order: Integers, moments: Floats) -> tuple[Integers, Integers]:
+    """Return the Gaussians that are blended somewhere, ascending, and the places of their moments."""
+    places = np.flatnonzero(moments[:, WEIGHT] > 0)
+    places = places[np.argsort(order[places])]
+    return order[places].astype(np.int64), places

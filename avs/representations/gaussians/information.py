@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 
-import numpy as np
-import numpy.typing as npt
 import torch
 from torch import Tensor
 
 from avs.cameras import Cameras
 from avs.errors import UserError
+from avs.representations.base import FisherInformation
 from avs.representations.gaussians.fisher import fisher_diagonal
 from avs.representations.gaussians.parameters import Parameters
 
@@ -21,38 +20,89 @@ FisherRF squares inside its rasteriser, with respect to the activated scale s an
 once: H s and H o (1 - o). The diagonal of the Gauss-Newton matrix has these factors squared.
 """
 
+GROUPS = ("means", "f_dc", "f_rest", "scales", "opacities", "quats")
+"""Groups of parameters, in the order of their columns: 3, 3, 3 (d + 1)^2 - 3, 3, 1 and 4 for harmonics of degree d."""
+
 
 def parameter_fisher(
-    parameters: Parameters, cameras: Cameras, sh_degree: int, background: tuple[float, float, float], chain: str
-) -> Iterator[npt.NDArray[np.float32]]:
-    """Yield ``[n, 7 + 3 (d + 1)^2]`` arrays, camera by camera, d being the highest degree of the harmonics.
+    parameters: Parameters,
+    cameras: Cameras,
+    sh_degree: int,
+    background: tuple[float, float, float],
+    chain: str,
+    groups: Sequence[str],
+) -> Iterator[FisherInformation]:
+    """Yield the exact information, camera by camera, with the columns of ``GROUPS`` that ``groups`` names.
 
-    Columns (55 for d = 3): position (3), harmonics of degree 0 (3), of higher degrees (0 above ``sh_degree``),
-    log-scale (3), logit of the opacity (1). Rotations are left out, as FisherRF does by default. The sums are exact;
-    they are computed on the CPU, on copies of the parameters where these are elsewhere.
+    It is computed on the CPU, on copies of the parameters where these are elsewhere. Quaternions are those that are
+    optimised, of any length; harmonics above ``sh_degree``, which have none, get no columns.
 
     Args:
         parameters: of n Gaussians.
         cameras: of any sizes.
-        sh_degree: degree in use.
+        sh_degree: degree d in use.
         background: colour behind the Gaussians.
         chain: ``once`` or ``squared``, see ``EXPONENTS``.
+        groups: names of ``GROUPS``, in any order.
 
     Raises:
-        UserError: the chain is not known.
+        UserError: the chain or a group is not known.
     """
+    check_options(chain, groups)
+    values = activated({name: parameter.detach().cpu() for name, parameter in parameters.items()})
+    behind = torch.tensor(background, dtype=torch.float32)
+    return (_of_camera(values, cameras[index], sh_degree, behind, chain, groups) for index in range(len(cameras)))
+
+
+def check_options(chain: str, groups: Sequence[str]) -> None:
+    """Raise a UserError if ``chain`` or one of ``groups`` is not known."""
     if chain not in EXPONENTS:
         raise UserError(f"chain {chain!r}", "is not known", f"choose one of {', '.join(EXPONENTS)}")
-    values = {name: parameter.detach().cpu() for name, parameter in parameters.items()}
-    values["scales"], values["opacities"] = values["scales"].exp(), values["opacities"].sigmoid()
-    behind = torch.tensor(background, dtype=torch.float32)
-    return (_columns(values, cameras[index], sh_degree, behind, EXPONENTS[chain]) for index in range(len(cameras)))
+    for name in groups:
+        if name not in GROUPS:
+            raise UserError(f"parameters {name!r}", "are not known", f"choose among {', '.join(GROUPS)}")
 
 
-def _columns(
-    values: dict[str, Tensor], camera: Cameras, sh_degree: int, background: Tensor, exponent: int
-) -> npt.NDArray[np.float32]:
-    """Return one camera's array; ``values`` are after activation."""
+def activated(parameters: Mapping[str, Tensor]) -> dict[str, Tensor]:
+    """Return the tensors as the rasteriser takes them: exponential scales, sigmoid opacities, the others unchanged."""
+    changed = {"scales": parameters["scales"].exp(), "opacities": parameters["opacities"].sigmoid()}
+    return {**parameters, **changed}
+
+
+def as_columns(
+    squares: Mapping[str, Tensor], scales: Tensor, opacities: Tensor, chain: str, groups: Sequence[str]
+) -> Tensor:
+    """Return ``[m, columns]`` of the groups asked for, taken through the activations.
+
+    Args:
+        squares: sums of squared derivatives by activated ``means`` ``[m, 3]``, ``sh`` ``[m, (d + 1)^2, 3]``,
+            ``scales`` ``[m, 3]``, ``opacities`` ``[m]`` and, if asked for, ``quats`` ``[m, 4]``.
+        scales: activated ``[m, 3]``.
+        opacities: activated ``[m]``.
+        chain: as in ``parameter_fisher``.
+        groups: as in ``parameter_fisher``.
+    """
+    exponent = EXPONENTS[chain]
+    columns = {
+        "means": lambda: squares["means"],
+        "f_dc": lambda: squares["sh"][:, 0],
+        "f_rest": lambda: squares["sh"][:, 1:].flatten(1),
+        "scales": lambda: squares["scales"] * scales**exponent,
+        "opacities": lambda: (squares["opacities"] * (opacities * (1 - opacities)) ** exponent)[:, None],
+        "quats": lambda: squares["quats"],
+    }
+    return torch.cat([columns[name]() for name in GROUPS if name in groups], dim=1)
+
+
+def _of_camera(
+    values: Mapping[str, Tensor],
+    camera: Cameras,
+    sh_degree: int,
+    background: Tensor,
+    chain: str,
+    groups: Sequence[str],
+) -> FisherInformation:
+    """Return one camera's information; ``values`` are after activation."""
     width, height = (int(side) for side in camera.sizes[0])
     diagonal = fisher_diagonal(
         means=values["means"],
@@ -66,8 +116,8 @@ def _columns(
         height=height,
         sh_degree=sh_degree,
         background=background,
+        rotations="quats" in groups,
     )
-    by_scale = diagonal.scales * values["scales"] ** exponent
-    by_opacity = diagonal.opacities * (values["opacities"] * (1 - values["opacities"])) ** exponent
-    columns = torch.cat([diagonal.means, diagonal.sh.flatten(1), by_scale, by_opacity[:, None]], dim=1)
-    return np.asarray(columns.numpy())
+    rows = diagonal.rows
+    columns = as_columns(vars(diagonal), values["scales"][rows], values["opacities"][rows], chain, groups)
+    return FisherInformation(rows.numpy(), columns.numpy(), len(values["means"]))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -14,7 +14,8 @@ from torch import Tensor
 
 from avs.cameras import Cameras, IndexArray
 from avs.errors import UserError
-from avs.representations.base import Extension, Rendering, VarianceReduction
+from avs.representations.base import Extension, FisherInformation, FloatImages, Rendering, VarianceReduction
+from avs.representations.gaussians.blending_weights import WeightSums, blended_values, front_weights
 from avs.representations.gaussians.checkpoint import CheckpointState, read_checkpoint, write_checkpoint
 from avs.representations.gaussians.densification import STATISTICS, DensityControl
 from avs.representations.gaussians.information import parameter_fisher
@@ -23,6 +24,7 @@ from avs.representations.gaussians.losses import Target, prepare_target
 from avs.representations.gaussians.objective import ExtendedObjective, Objective, PhotometricObjective
 from avs.representations.gaussians.optimization import active_degree, create_optimizers, follow_schedules
 from avs.representations.gaussians.parameters import NAMES, Parameters, create_parameters, extend_parameters
+from avs.representations.gaussians.probes import probe_fisher
 from avs.representations.gaussians.rasterizer import rasterization
 from avs.representations.gaussians.settings import GaussianSettings
 from avs.representations.gaussians.variance import variance_reductions
@@ -153,9 +155,28 @@ class GaussianSplats:
         shared = {id(part): part for pair in self._targets for part in pair}
         return copy.deepcopy(self, dict(shared))
 
-    def fisher_diagonal(self, cameras: Cameras, chain: str) -> Iterator[npt.NDArray[np.float32]]:
+    def fisher_diagonal(self, cameras: Cameras, chain: str, parameters: Sequence[str]) -> Iterator[FisherInformation]:
         """Yield the diagonal Fisher information of one camera after another: see ``information.parameter_fisher``."""
-        return parameter_fisher(self.parameters, cameras, self.sh_degree, self.settings.background, chain)
+        return parameter_fisher(self.parameters, cameras, self.sh_degree, self.settings.background, chain, parameters)
+
+    def fisher_probes(
+        self, cameras: Cameras, chain: str, parameters: Sequence[str], probes: int, seeds: Sequence[int]
+    ) -> Iterator[FisherInformation]:
+        """Yield estimates of the same: see ``probes.probe_fisher``."""
+        return probe_fisher(self.parameters, cameras, self.sh_degree, self._background, chain, parameters, probes, seeds)
+
+    @property
+    def centres(self) -> npt.NDArray[np.float32]:
+        """Positions of the Gaussians, ``[n, 3]``."""
+        return np.asarray(self.parameters["means"].detach().cpu().numpy())
+
+    def blended_values(self, camera: Cameras, values: npt.NDArray[np.float32]) -> FloatImages:
+        """Return the image of one value per Gaussian: see ``blending_weights.blended_values``."""
+        return blended_values(self.parameters, camera, values)
+
+    def front_weights(self, camera: Cameras, image: FloatImages, transmittance: float) -> WeightSums:
+        """Return each Gaussian's sum of weight times image: see ``blending_weights.front_weights``."""
+        return front_weights(self.parameters, camera, image, transmittance)
 
     def variance_reduction(self, cameras: Cameras, rule: VarianceReduction) -> npt.NDArray[np.float64]:
         """Return the variance that each camera's view removes, ``[n]``: see ``variance.variance_reductions``.
