@@ -13,6 +13,7 @@ include: "workflows/rules/common.smk"
 include: "workflows/rules/data.smk"
 include: "workflows/rules/scorer.smk"
 include: "workflows/rules/nvs.smk"
+include: "workflows/rules/runtime.smk"
 include: "workflows/rules/report.smk"
 
 

@@ -22,6 +22,9 @@ weights = typer.Typer(no_args_is_help=True, help="Pretrained weights from elsewh
 app.add_typer(scorer, name="scorer")
 app.add_typer(weights, name="weights")
 
+runtime = typer.Typer(no_args_is_help=True, help="Time the selections of each method.")
+app.add_typer(runtime, name="runtime")
+
 Device = Literal["cpu", "cuda"]
 Log = Annotated[Path | None, typer.Option(help="file for everything that is printed")]
 SettingsFile = Annotated[Path, typer.Option(help="settings, a JSON file written by the workflow")]
@@ -151,6 +154,22 @@ def table(
 
 
 @app.command()
+def ranking(
+    episodes: list[Path],
+    dataset: Annotated[str, typer.Option(help="data set whose episodes these are")],
+    settings: SettingsFile,
+    out: Annotated[Path, typer.Option(help="path of the tables without suffix")],
+    log: Log = None,
+) -> None:
+    """Write how well each method's scores rank the candidates of a data set, as csv, md and tex."""
+    from avs.report.ranking_tables import write_ranking_table
+
+    with job(log):
+        values = _read(settings)
+        write_ranking_table(episodes, values["methods"], dataset, out, values["absent"])
+
+
+@app.command()
 def figure(
     episodes: list[Path],
     settings: SettingsFile,
@@ -162,6 +181,50 @@ def figure(
 
     with job(log):
         write_psnr_over_views(episodes, _read(settings)["methods"], out)
+
+
+@runtime.command("state")
+def runtime_state(scene: Path, settings: SettingsFile, out: Out, log: Log = None) -> None:
+    """Fit the reconstruction that methods are timed on."""
+    from avs.runtime.timing import StateSettings, write_state
+
+    with job(log):
+        limit_threads()
+        write_state(scene, StateSettings.model_validate(_read(settings)), out)
+
+
+@runtime.command("measure")
+def runtime_measure(
+    scene: Path,
+    state: Annotated[Path, typer.Option(help="checkpoint of the reconstruction")],
+    settings: SettingsFile,
+    out: Out,
+    weights: Annotated[Path | None, typer.Option(help="checkpoint of the scorer that the method needs")] = None,
+    log: Log = None,
+) -> None:
+    """Time the selections of one method; nothing else should run meanwhile."""
+    from avs.runtime.timing import TimingSettings, time_method
+
+    with job(log) as console:
+        limit_threads()
+        time_method(scene, state, TimingSettings.model_validate(_read(settings)), weights, out, console.progress)
+
+
+@runtime.command("table")
+def runtime_table(
+    records: list[Path],
+    settings: SettingsFile,
+    out: Annotated[Path, typer.Option(help="path of the tables without suffix")],
+    episode: Annotated[list[Path] | None, typer.Option(help="an episode on the scene, for the PSNR")] = None,
+    published: Annotated[list[Path] | None, typer.Option(help="a file of results/published")] = None,
+    log: Log = None,
+) -> None:
+    """Write the table of selection times as csv, md and tex."""
+    from avs.report.runtime_tables import write_runtime_table
+
+    with job(log):
+        values = _read(settings)
+        write_runtime_table(records, episode or [], values["methods"], values["absent"], published or [], out)
 
 
 @app.command()

@@ -17,6 +17,7 @@ from avs.datasets.settings import CaptureSettings
 from avs.errors import UserError
 from avs.protocol import ProtocolSettings
 from avs.representations.gaussians.settings import GaussianSettings
+from avs.runtime.settings import RuntimeSettings
 from avs.scorer.settings import BACKBONE_OF, RenderSettings, ScorerSettings
 
 Pattern = Literal["orbit", "walkthrough", "handheld", "egocentric"]
@@ -87,6 +88,10 @@ class Config(_Section):
                 raise ValueError(f"scorers.{name}.network.backbone must be {BACKBONE_OF[name]}")
         return self
 
+    runtime: RuntimeSettings | None = Field(
+        default_factory=RuntimeSettings, description="the table of selection times; null to leave it out"
+    )
+
     @model_validator(mode="after")
     def _scorers_have_data_of_their_own(self) -> Self:
         if self.distortions is None:
@@ -121,11 +126,13 @@ def load(values: dict[str, Any], programs: Collection[str] = ()) -> Config:
             raise UserError(f"method {identifier}", fault, f"rename workflows/baselines/{identifier}.smk")
     for identifier in config.protocols:
         protocol_of(config, identifier)
-    for identifier in {*config.methods, *config.selectors, *config.protocols} - {*programs}:
-        method = selectors.find(identifier).method
-        if method.scorer is not None and method.scorer not in config.scorers:
-            fault = f"needs the scorer {method.scorer}, which the configuration does not train"
-            raise UserError(f"method {identifier}", fault, f"add scorers.{method.scorer}, or leave the method out")
+    for identifier in dict.fromkeys((*config.methods, *config.selectors, *config.protocols)):
+        if identifier in programs:
+            continue
+        scorer = selectors.find(identifier).method.scorer
+        if identifier in config.methods and scorer is not None and scorer not in config.scorers:
+            fault = f"needs the scorer {scorer}, which the configuration does not train"
+            raise UserError(f"method {identifier}", fault, f"add scorers.{scorer}, or leave the method out")
         selectors.create_settings(identifier, config.selectors.get(identifier, {}))
     return config
 

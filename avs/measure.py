@@ -33,6 +33,14 @@ def peak_memory(device: str) -> int:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
 
 
+def reset_peak_memory(device: str) -> None:
+    """Let ``peak_memory`` count from here on, on CUDA; the peak of a process cannot be set back everywhere."""
+    if device == "cuda":
+        import torch
+
+        torch.cuda.reset_peak_memory_stats()
+
+
 def machine(device: str) -> dict[str, str]:
     """Describe the class of machine: processor, number of cores, operating system, and the GPU if it is used."""
     facts = {

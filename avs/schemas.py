@@ -8,7 +8,9 @@ from pydantic import BaseModel
 
 from avs.config import Config
 from avs.files import write_json
+from avs.listed import ViewList
 from avs.record import Episode, EpisodeMeta
+from avs.runtime.record import Runtime
 from avs.scene import SceneFile
 
 SCHEMAS: dict[str, type[BaseModel]] = {
@@ -16,6 +18,8 @@ SCHEMAS: dict[str, type[BaseModel]] = {
     "scene.json": SceneFile,
     "episode.json": Episode,
     "episode.meta.json": EpisodeMeta,
+    "views.json": ViewList,
+    "runtime.json": Runtime,
 }
 
 

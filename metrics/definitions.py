@@ -12,7 +12,7 @@ class Metric:
     Attributes:
         identifier: the key in records and csv files.
         name: as printed.
-        higher_is_better: its direction.
+        higher_is_better: its direction; None for a quantity without one, such as a count.
         decimals: digits after the point in a printed table.
         unit: printed unit, empty for a plain number.
         description: how it is computed, one sentence.
@@ -20,7 +20,7 @@ class Metric:
 
     identifier: str
     name: str
-    higher_is_better: bool
+    higher_is_better: bool | None
     decimals: int
     unit: str
     description: str

@@ -126,5 +126,5 @@ def _comparison(table: Table) -> list[str]:
 
 
 def _title(metric: Metric) -> str:
-    arrow = r"$\uparrow$" if metric.higher_is_better else r"$\downarrow$"
-    return f"{metric.name} {arrow}" + (f" ({metric.unit})" if metric.unit else "")
+    arrow = {True: r" $\uparrow$", False: r" $\downarrow$", None: ""}[metric.higher_is_better]
+    return f"{metric.name}{arrow}" + (f" ({metric.unit})" if metric.unit else "")

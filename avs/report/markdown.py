@@ -66,8 +66,8 @@ def _comparison(table: Table) -> str:
 
 
 def _title(metric: Metric) -> str:
-    arrow = "↑" if metric.higher_is_better else "↓"
-    return f"{metric.name} {arrow}" + (f" ({metric.unit})" if metric.unit else "")
+    arrow = {True: " ↑", False: " ↓", None: ""}[metric.higher_is_better]
+    return f"{metric.name}{arrow}" + (f" ({metric.unit})" if metric.unit else "")
 
 
 def minus(text: str) -> str:

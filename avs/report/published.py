@@ -32,8 +32,12 @@ def published_name(dataset: str) -> str | None:
     return f"nvs_{source}.csv" if source in PRINTED_NAMES else None
 
 
-def read_published(path: Path) -> dict[tuple[str, str], str]:
-    """Return the paper's means over scenes by (method, metric), with the digits that the paper prints.
+def read_published(path: Path, scene: str = "mean") -> dict[tuple[str, str], str]:
+    """Return the paper's values of a scene by (method, metric), with the digits that the paper prints.
+
+    Args:
+        path: a file of ``results/published``.
+        scene: name of the scene; ``mean`` for the means over scenes.
 
     Raises:
         UserError: the file is missing, or is not a table of published values.
@@ -46,10 +50,10 @@ def read_published(path: Path) -> dict[tuple[str, str], str]:
         raise UserError(path, error.strerror or "cannot be read", "name a file of results/published") from error
     if reader.fieldnames != _COLUMNS:
         raise UserError(path, f"its columns are not {', '.join(_COLUMNS)}", "name a file of results/published")
-    means = {(row["method"], row["metric"]): row["value"] for row in rows if row["scene"] == "mean"}
-    for (method, metric), value in means.items():
+    values = {(row["method"], row["metric"]): row["value"] for row in rows if row["scene"] == scene}
+    for (method, metric), value in values.items():
         try:
             float(value)
         except (TypeError, ValueError):
             raise UserError(path, f"{method}, {metric}: {value!r} is not a number", "mend the file") from None
-    return means
+    return values

@@ -34,8 +34,11 @@ def grouped(table: Table) -> list[tuple[str, list[Row]]]:
 def ranks(table: Table, metric: Metric) -> dict[str, int]:
     """Return 1, 2 or 3 for the methods with the best three printed values of a column, oracles left out.
 
-    Values that print alike share a rank, and the next value has the next rank, as in the paper's Table 1.
+    Values that print alike share a rank, and the next value has the next rank, as in the paper's Table 1. A quantity
+    without a direction has no ranks.
     """
+    if metric.higher_is_better is None:
+        return {}
     entries = {row.method: row.entries[metric.identifier].mean for row in table.rows if row.group != ORACLE}
     printed = {method: float(f"{mean:.{metric.decimals}f}") for method, mean in entries.items() if mean is not None}
     best = sorted(set(printed.values()), reverse=metric.higher_is_better)[:SHADES]

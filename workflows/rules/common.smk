@@ -28,9 +28,7 @@ LOGS = f"{RESULTS}/logs"
 ABSENT = {
     method: reason
     for method in settings.methods
-    if method not in PROGRAMS
-    and (reason := getattr(selectors, "unavailable", lambda method: None)(method))
-    is not None
+    if method not in PROGRAMS and (reason := selectors.unavailable(method)) is not None
 }
 RUNNABLE = [method for method in settings.methods if method not in ABSENT]
 

@@ -84,6 +84,7 @@ rule tables:
             table=("nvs", "ranking"),
             dataset=SCENES,
         ),
+        runtime_tables,
         f"{RESULTS}/figures/psnr_over_views.pdf",
 
 

@@ -1,0 +1,1 @@
+"""How long a selection takes: measured by itself, on one reconstruction that all methods share."""

@@ -1,0 +1,56 @@
+"""Lays out the project in a temporary folder, with settings that take seconds."""
+
+import os
+import shutil
+import sys
+from pathlib import Path
+
+import yaml
+
+ROOT = Path(__file__).resolve().parents[2]
+CODE = ("avs", "metrics")
+COPIED = ("Snakefile", "workflows", "profiles", "results/published")
+METHODS = ("random", "farthest")
+
+
+def checkout(folder, linked=CODE, copied=CODE):
+    """Lay out the project in ``folder``; code that is linked shares its compiled kernels with this checkout."""
+    for name in COPIED:
+        target = folder / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        (shutil.copytree if (ROOT / name).is_dir() else shutil.copy2)(ROOT / name, target)
+    for name in CODE:
+        if name in linked:
+            (folder / name).symlink_to(ROOT / name)
+        elif name in copied:
+            shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
+    (folder / "tiny.yaml").write_text(yaml.safe_dump(tiny()))
+    return folder
+
+
+def checkout_open_to_selectors(folder):
+    """Lay out the project in ``folder`` so that a file can be added to ``avs/selectors``; all the rest is linked."""
+    checkout(folder, linked=("metrics",), copied=())
+    selectors = folder / "avs" / "selectors"
+    selectors.mkdir(parents=True)
+    for target, link in ((ROOT / "avs", folder / "avs"), (ROOT / "avs" / "selectors", selectors)):
+        for path in target.iterdir():
+            if path.name not in ("selectors", "__pycache__"):
+                (link / path.name).symlink_to(path)
+    return folder
+
+
+def tiny():
+    """Return the ci scale cut down to seconds."""
+    values = yaml.safe_load((ROOT / "workflows" / "config" / "ci.yaml").read_text())
+    values |= {"scale": "tiny", "methods": list(METHODS), "scorers": {}, "selectors": {}, "seeds": [0], "runtime": None}
+    values["embedded"]["scenes"] = {"orbit": [0]}
+    values["embedded"]["capture"] |= {"views": 16, "long_side": 48}
+    values["protocol"] |= {"budget": 6, "additions": [4, 8], "iterations": 12}
+    return values
+
+
+def environment():
+    """Return the variables of a process that runs the interpreter of the tests."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    return os.environ | {"PATH": path, "PYTHONPATH": ""}

@@ -1,0 +1,71 @@
+"""The page on adding a method, executed: its three methods come out as rows of the table."""
+
+import csv
+import re
+import subprocess
+import sys
+
+import pytest
+import yaml
+
+from tests.workflow.project import ROOT, checkout, checkout_open_to_selectors, environment, tiny
+
+PAGE = (ROOT / "docs" / "add-a-baseline.md").read_text()
+BLOCKS = dict(re.findall(r"^```\w+ (\S+)\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL))
+COMMANDS = re.findall(r"^```bash\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """A checkout in which the page has been followed, and the result of its workflow."""
+    folder = checkout_open_to_selectors(tmp_path_factory.mktemp("baselines"))
+    for name, text in BLOCKS.items():
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text(text)
+    # Where the page installs into the environment, the test does into a folder of its own, without the network.
+    command = [sys.executable, "-m", "pip", *COMMANDS[1].split()[1:], "--target", "packages"]
+    offline = ["--no-build-isolation", "--no-deps", "--no-index", "--quiet", "--disable-pip-version-check"]
+    subprocess.run([*command, *offline], cwd=folder, env=environment(), check=True)
+    (folder / "mine.yaml").write_text(yaml.safe_dump(tiny() | yaml.safe_load(BLOCKS["mine.yaml"])))
+    variables = environment() | {"PYTHONPATH": str(folder / "packages")}
+    result = subprocess.run(COMMANDS[0].split(), cwd=folder, env=variables, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stdout + result.stderr
+    return folder
+
+
+def test_every_method_of_the_page_has_its_row(finished):
+    with open(finished / "results" / "tiny" / "tables" / "nvs_orbit.csv", newline="") as stream:
+        rows = {row["method"]: row for row in csv.DictReader(stream) if row["metric"] == "psnr"}
+    assert set(rows) == set(yaml.safe_load(BLOCKS["mine.yaml"])["methods"])
+    assert {method: row["group"] for method, row in rows.items() if method != "random"} == {
+        "emptiest": "2D-based",
+        "bisection": "Geometric",
+        "turn": "Geometric",
+    }
+    assert all(float(row["mean"]) > 0 for row in rows.values())
+
+
+def test_a_file_has_less_than_sixty_lines_and_a_rule_three():
+    assert BLOCKS["avs/selectors/emptiest.py"].count("\n") < 60
+    assert BLOCKS["workflows/baselines/bisection.smk"].count("\n") == 3
+
+
+def test_the_views_of_a_program_are_those_of_its_episode(finished):
+    from avs.listed import ViewList
+    from avs.record import Episode, read_record
+
+    folder = finished / "results/tiny/episodes/orbit/orbit_0/bisection/0"
+    listed, episode = read_record(folder / "views.json", ViewList), read_record(folder / "episode.json", Episode)
+    wanted = [name for name in listed.views if name not in episode.initial]
+    assert episode.selected == wanted[: len(episode.selected)]
+    assert episode.label == "Bisection"
+
+
+def test_a_program_with_the_name_of_a_method_is_one_line(tmp_path):
+    folder = checkout(tmp_path)
+    (folder / "workflows" / "baselines" / "random.smk").write_text("")
+    words = ["snakemake", "-n", "tables", "--configfile", "tiny.yaml"]
+    result = subprocess.run(words, cwd=folder, env=environment(), capture_output=True, text=True, check=False)
+    assert result.returncode != 0
+    (line,) = [text for text in (result.stdout + result.stderr).splitlines() if text.startswith("error: ")]
+    assert "method random: is a method of avs.selectors.random and a program as well" in line

@@ -1,0 +1,114 @@
+# The time of a selection: one job for each method, alone on the machine, on one reconstruction that all methods share.
+
+from avs.runtime.settings import RuntimeSettings
+
+RUNTIME = f"{RESULTS}/runtime/{{scene}}"
+TIMED = [method for method in RUNNABLE if method not in PROGRAMS]
+NOT_TIMED = ABSENT | {
+    method: "a program of its own is not timed" for method in PROGRAMS
+}
+
+
+def timed_scene():
+    """Return the data set and the scene on which selections are timed."""
+    wanted = (settings.runtime or RuntimeSettings()).scene
+    pairs = [(dataset, scene) for dataset in SCENES for scene in SCENES[dataset]]
+    found = [pair for pair in pairs if wanted in (None, pair[1])]
+    if not found:
+        sys.exit(
+            f"error: configuration: runtime.scene: {wanted} is no scene of this run; name one of them"
+        )
+    return found[0]
+
+
+def timed_episodes(wildcards):
+    """Return the episodes on the scene on which selections are timed, for their PSNR."""
+    dataset, scene = timed_scene()
+    return [path for path in episodes(dataset) if f"/{scene}/" in path]
+
+
+def runtime_tables(wildcards):
+    """Return the table of selection times, unless the configuration leaves it out."""
+    return (
+        [] if settings.runtime is None or not TIMED else f"{RESULTS}/tables/runtime.csv"
+    )
+
+
+rule runtime_state:
+    input:
+        scene=f"{RESULTS}/scenes/{{scene}}/scene.json",
+        kernels=ancient(KERNELS),
+        settings=f"{RESULTS}/settings/runtime/state.json",
+        code=sources("avs.runtime.timing"),
+    output:
+        f"{RUNTIME}/state.safetensors",
+    log:
+        f"{RUNTIME}/state.log".replace(RESULTS, LOGS),
+    resources:
+        gpu=int(settings.device == "cuda"),
+    params:
+        scene=subpath(input.scene, parent=True),
+    message:
+        "reconstruction of {wildcards.scene} to time selections on"
+    shell:
+        "{AVS} runtime state {params.scene} --settings {input.settings} --out {output} --log {log}"
+
+
+rule runtime:
+    input:
+        scene=f"{RESULTS}/scenes/{{scene}}/scene.json",
+        state=f"{RUNTIME}/state.safetensors",
+        weights=scorer_weights,
+        kernels=ancient(KERNELS),
+        settings=f"{RESULTS}/settings/runtime/{{method}}.json",
+        code=lambda wildcards: sources(
+            "avs.runtime.timing", selectors.find(wildcards.method).module
+        ),
+    output:
+        f"{RUNTIME}/{{method}}.json",
+    log:
+        f"{RUNTIME}/{{method}}.log".replace(RESULTS, LOGS),
+    threads: workflow.cores or 1  # all of them, so that nothing else runs meanwhile
+    resources:
+        gpu=int(settings.device == "cuda"),
+    params:
+        scene=subpath(input.scene, parent=True),
+        weights=lambda wildcards, input: (
+            f"--weights {input.weights}" if input.weights else ""
+        ),
+    message:
+        "selection time of {wildcards.method} on {wildcards.scene}"
+    shell:
+        "{AVS} runtime measure {params.scene} --state {input.state} --settings {input.settings} {params.weights}"
+        " --out {output} --log {log}"
+
+
+rule runtime_table:
+    input:
+        records=lambda wildcards: expand(
+            f"{RUNTIME}/{{method}}.json", scene=timed_scene()[1], method=TIMED
+        ),
+        episodes=timed_episodes,
+        published=[
+            "results/published/runtime_garden_detail.csv",
+            "results/published/runtime_garden.csv",
+        ],
+        settings=f"{RESULTS}/settings/runtime_table.json",
+        code=sources("avs.report.runtime_tables"),
+    output:
+        multiext(f"{RESULTS}/tables/runtime", ".csv", ".md", ".tex"),
+    log:
+        f"{LOGS}/tables/runtime.log",
+    params:
+        episodes=lambda wildcards, input: [
+            f"--episode {path}" for path in input.episodes
+        ],
+        published=lambda wildcards, input: [
+            f"--published {path}" for path in input.published
+        ],
+        stem=lambda wildcards, output: output[0].removesuffix(".csv"),
+    message:
+        "table of selection times"
+    shell:
+        "{AVS} runtime table {input.records} {params.episodes} {params.published} --settings {input.settings}"
+        " --out {params.stem} --log {log}"
