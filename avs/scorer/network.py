@@ -8,6 +8,7 @@ those of all reference images, and a head that gives 14x14 values in 0..1 per to
 from __future__ import annotations
 
 import copy
+from typing import cast
 
 import torch
 from torch import Tensor, nn
@@ -24,8 +25,8 @@ _IMAGENET_DEVIATION = (0.229, 0.224, 0.225)
 class DecoderLayer(nn.Module):
     """A layer of a transformer decoder: post-norm, no dropout, as ``nn.TransformerDecoderLayer`` computes it.
 
-    It differs in that several query images can share a list of reference tokens, whose keys and values are then
-    computed once: half of a training step otherwise.
+    It differs in that the keys and values of the reference tokens are computed apart: once for a photograph, however
+    many images are compared with it.
     """
 
     def __init__(self, width: int, heads: int, hidden: int) -> None:
@@ -36,28 +37,46 @@ class DecoderLayer(nn.Module):
         self.feed_forward = nn.Sequential(nn.Linear(width, hidden), nn.ReLU(), nn.Linear(hidden, width))
         self.norms = nn.ModuleList(nn.LayerNorm(width) for _ in range(3))
 
-    def forward(self, queries: Tensor, references: Tensor, absent: Tensor | None) -> Tensor:
+    def memory(self, references: Tensor) -> Tensor:
+        """Return the keys and values of reference tokens ``[s, tokens, width]``: ``[s, tokens, 2 width]``."""
+        attention, width = self.cross_attention, references.shape[-1]
+        return functional.linear(references, attention.in_proj_weight[width:], attention.in_proj_bias[width:])
+
+    def forward(self, queries: Tensor, memory: Tensor, absent: Tensor | None) -> Tensor:
         """Return the new query tokens.
 
         Args:
             queries: ``[n, tokens, width]``, one row per image.
-            references: ``[s, tokens, width]``; s divides n, and n/s successive images share a row.
+            memory: ``[s, tokens, 2 width]`` from ``memory``; s divides n, and n/s successive images share a row.
             absent: ``[s, tokens]`` bool, True where a reference token does not count; None if nowhere.
         """
         attended, _ = self.self_attention(queries, queries, queries, need_weights=False)
         x: Tensor = self.norms[0](queries + attended)
-        together = x.reshape(len(references), -1, x.shape[-1])
-        attended, _ = self.cross_attention(together, references, references, absent, need_weights=False)
-        x = self.norms[1](x + attended.reshape(x.shape))
+        together = x.reshape(len(memory), -1, x.shape[-1])
+        x = self.norms[1](x + self._compared(together, memory, absent).reshape(x.shape))
         x = self.norms[2](x + self.feed_forward(x))
         return x
+
+    def _compared(self, queries: Tensor, memory: Tensor, absent: Tensor | None) -> Tensor:
+        """Return what the cross-attention of ``queries`` ``[s, tokens, width]`` reads in ``memory``."""
+        attention, width = self.cross_attention, queries.shape[-1]
+        projected = functional.linear(queries, attention.in_proj_weight[:width], attention.in_proj_bias[:width])
+        query, key, value = (
+            part.reshape(*part.shape[:2], attention.num_heads, -1).transpose(1, 2)
+            for part in (projected, *memory.chunk(2, dim=-1))
+        )
+        counts = None if absent is None else ~absent[:, None, None]
+        read = functional.scaled_dot_product_attention(query, key, value, counts)
+        compared: Tensor = attention.out_proj(read.transpose(1, 2).flatten(2))
+        return compared
 
 
 class CrossReferenceNetwork(nn.Module):
     """Predicts SSIM maps without the true image.
 
-    ``encode`` turns images into tokens, ``predict`` compares the tokens of query images with those of reference images;
-    so the tokens of a reference image are computed once however often it is compared with.
+    ``encode`` turns images into tokens, ``memory`` tokens of reference images into what the decoder reads of them, and
+    ``predict`` compares the tokens of query images with that; so all that depends on a reference image alone is
+    computed once, however often it is compared with.
     """
 
     def __init__(self, settings: AnyNetwork, backbone: Backbone) -> None:
@@ -127,22 +146,33 @@ class CrossReferenceNetwork(nn.Module):
             tokens = tokens + projection(part)
         return tokens
 
-    def predict(self, queries: Tensor, references: Tensor, absent: Tensor | None = None) -> Tensor:
+    def memory(self, references: Tensor) -> Tensor:
+        """Return keys and values for all decoder layers.
+
+        Args:
+            references: ``[..., channels]``, tokens from ``encode``.
+
+        Returns:
+            ``[..., 2 layers channels]``, token by token.
+        """
+        return torch.cat([cast(DecoderLayer, layer).memory(references) for layer in self.decoder], dim=-1)
+
+    def predict(self, queries: Tensor, memory: Tensor, absent: Tensor | None = None) -> Tensor:
         """Return the predicted SSIM maps of query images.
 
         Args:
             queries: ``[n, rows, columns, channels]``, tokens from ``encode``.
-            references: ``[s, tokens, channels]``, the tokens of all reference images, one after another; their order
-                does not matter. s divides n: n/s successive query images share the same references.
-            absent: ``[s, tokens]`` bool, True where ``references`` is only filled up; None if nowhere.
+            memory: ``[s, tokens, 2 layers channels]`` from ``memory``, the tokens of all reference images, one after
+                another; their order does not matter. s divides n: n/s successive query images share a row.
+            absent: ``[s, tokens]`` bool, True where ``memory`` is only filled up; None if nowhere.
 
         Returns:
             ``[n, 14 rows, 14 columns]`` in 0..1.
         """
         count, rows, columns, _ = queries.shape
         tokens = queries.flatten(1, 2)
-        for layer in self.decoder:
-            tokens = layer(tokens, references, absent)
+        for layer, part in zip(self.decoder, memory.chunk(len(self.decoder), dim=-1), strict=True):
+            tokens = layer(tokens, part, absent)
         patches: Tensor = self.head(tokens).view(count, rows, columns, PATCH, PATCH)
         return patches.transpose(2, 3).reshape(count, rows * PATCH, columns * PATCH)
 

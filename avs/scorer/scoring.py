@@ -44,15 +44,15 @@ class CrossReferenceScorer:
 
     @torch.inference_mode()
     def encode(self, images: Pixels) -> list[Tensor]:
-        """Return the tokens of each reference image, for ``maps`` and ``score``.
+        """Return what the network reads of each reference image, for ``maps`` and ``score``.
 
         Args:
             images: ``[n, height, width, 3]`` sRGB, uint8 or floats in 0..1.
 
         Returns:
-            n tensors ``[tokens, channels]`` on the scorer's device.
+            n tensors ``[tokens, values]`` on the scorer's device.
         """
-        return [tokens for _, batch in self._tokens(images) for tokens in batch.flatten(1, 2)]
+        return [each for _, batch in self._tokens(images) for each in self.network.memory(batch.flatten(1, 2))]
 
     @torch.inference_mode()
     def maps(self, images: Pixels, references: Sequence[Sequence[Tensor]]) -> npt.NDArray[np.float32]:

@@ -174,7 +174,7 @@ def loss(network: CrossReferenceNetwork, batch: Batch) -> Tensor:
     cached = images.shape[-3] != _RGB
     tokens = network.tokens(images) if cached else network.encode(images)
     queries, references = tokens[: sets * per_set], tokens[sets * per_set :]
-    memory = references.reshape(sets, -1, references.shape[-1])
+    memory = network.memory(references.reshape(sets, -1, references.shape[-1]))
     absent = None
     if not bool(batch.present.all()):
         absent = (~batch.present).repeat_interleave(memory.shape[1] // batch.present.shape[1], dim=1)

@@ -135,7 +135,7 @@ def test_map_is_that_of_the_publication(parts, checkpoint):
             top, left = 14 * (number // columns), 14 * (number % columns)
             expected[0, top : top + 14, left : left + 14] = patch.view(14, 14)
         own = network.encode(images)
-        actual = network.predict(own[:1], own[1:].reshape(1, -1, WIDTH))
+        actual = network.predict(own[:1], network.memory(own[1:].reshape(1, -1, WIDTH)))
     torch.testing.assert_close(actual, expected, rtol=0, atol=FLOAT32_NETWORK)
     assert float(expected.std()) > 100 * FLOAT32_NETWORK
 

@@ -105,7 +105,7 @@ def test_prediction_equals_the_twin(network, height, width):
     images = _pictures(3, height, width)
     with torch.inference_mode():
         tokens = network.encode(images)
-        predicted = network.predict(tokens[:1], tokens[1:].reshape(1, -1, 256))[0].numpy()
+        predicted = network.predict(tokens[:1], network.memory(tokens[1:].reshape(1, -1, 256)))[0].numpy()
     twin = _Twin(network)
     query, *references = twin.encode(images)
     expected = twin.predict(query, references, height // 14, width // 14)
@@ -117,7 +117,7 @@ def test_prediction_equals_the_twin(network, height, width):
 def test_map_covers_whole_tokens(network, height, width, rows, columns):
     with torch.inference_mode():
         tokens = network.encode(_pictures(1, height, width))
-        values = network.predict(tokens, tokens.flatten(1, 2))
+        values = network.predict(tokens, network.memory(tokens.flatten(1, 2)))
     assert tokens.shape == (1, rows, columns, 256)
     assert values.shape == (1, rows * 14, columns * 14)
     assert 0 <= float(values.min()) <= float(values.max()) <= 1
@@ -132,8 +132,8 @@ def test_order_of_references_does_not_matter(network):
     with torch.inference_mode():
         query, *references = network.encode(_pictures(4, 42, 56)).flatten(1, 2).unsqueeze(1)
         grid = query.view(1, 3, 4, 256)
-        first = network.predict(grid, torch.cat(references, dim=1))
-        second = network.predict(grid, torch.cat(references[::-1], dim=1))
+        first = network.predict(grid, network.memory(torch.cat(references, dim=1)))
+        second = network.predict(grid, network.memory(torch.cat(references[::-1], dim=1)))
     torch.testing.assert_close(first, second, rtol=0, atol=FLOAT32_NETWORK)
 
 
@@ -141,6 +141,7 @@ def test_absent_tokens_do_not_count(network):
     with torch.inference_mode():
         query, first, second = network.encode(_pictures(3, 42, 56)).flatten(1, 2).unsqueeze(1)
         grid = query.view(1, 3, 4, 256)
+        first, second = network.memory(first), network.memory(second)
         alone = network.predict(grid, first)
         absent = torch.zeros(1, 24, dtype=torch.bool)
         absent[:, 12:] = True
@@ -153,7 +154,7 @@ def test_absent_tokens_do_not_count(network):
 def test_images_of_one_set_share_their_references(network):
     with torch.inference_mode():
         tokens = network.encode(_pictures(6, 42, 56))
-        queries, memory = tokens[:4], tokens[4:].flatten(1, 2)
+        queries, memory = tokens[:4], network.memory(tokens[4:].flatten(1, 2))
         absent = torch.zeros(2, 12, dtype=torch.bool)
         absent[1, 7:] = True
         shared = network.predict(queries, memory, absent)
@@ -184,7 +185,7 @@ def test_decoder_layer_is_that_of_torch():
     )
     x, memory = torch.randn(2, 5, 32), torch.randn(2, 9, 32)
     absent = torch.tensor([[False] * 9, [False] * 6 + [True] * 3])
-    torch.testing.assert_close(own(x, memory, absent), other(x, memory, memory_key_padding_mask=absent))
+    torch.testing.assert_close(own(x, own.memory(memory), absent), other(x, memory, memory_key_padding_mask=absent))
 
 
 def test_fused_network_predicts_the_same(network):
@@ -194,7 +195,7 @@ def test_fused_network_predicts_the_same(network):
         predictions = []
         for each in (network, merged):
             tokens = each.encode(images)
-            predictions.append(each.predict(tokens[:1], tokens[1:].flatten(1, 2)))
+            predictions.append(each.predict(tokens[:1], each.memory(tokens[1:].flatten(1, 2))))
     torch.testing.assert_close(predictions[0], predictions[1], rtol=0, atol=FLOAT32_NETWORK)
 
 

@@ -61,7 +61,7 @@ def test_batches_and_merging_change_nothing(network, scorer):
     plain = to_tensor(np.concatenate([images, _pictures(3, seed=1)]))
     with torch.inference_mode():
         tokens = network.encode(resized(plain, ResizeSettings(pixels=70)))
-        memory = tokens[5:].reshape(1, -1, 256).expand(5, -1, -1)
+        memory = network.memory(tokens[5:].reshape(1, -1, 256)).expand(5, -1, -1)
         expected = network.predict(tokens[:5], memory).mean(dim=(1, 2))
     np.testing.assert_allclose(scores[0], expected.numpy(), atol=FLOAT32_NETWORK)
 
