@@ -62,18 +62,19 @@ def _value_and_gradients(
     """Return the mean, summed in float64, and its gradients by image and variance."""
     height, width, channels = image.shape
     v_image, v_variance = np.empty_like(image), np.zeros_like(variance)
-    scale = 1.0 / image.size
+    scale, at_floor, log_floor = 1.0 / image.size, 1.0 / floor, np.log(floor)
     total = 0.0
     for row in range(height):
         for column in range(width):
             value = np.float64(variance[row, column])
-            inverse = 1.0 / max(value, floor)
+            above = value >= floor
+            inverse = 1.0 / value if above else at_floor
             squares = 0.0
             for channel in range(channels):
                 difference = np.float64(image[row, column, channel]) - np.float64(photograph[row, column, channel])
                 squares += difference * difference
                 v_image[row, column, channel] = scale * inverse * difference
-            total += 0.5 * (squares * inverse - channels * np.log(inverse))
-            if value >= floor:
+            total += 0.5 * (squares * inverse + channels * (np.log(value) if above else log_floor))
+            if above:
                 v_variance[row, column] = 0.5 * scale * inverse * (channels - squares * inverse)
     return total * scale, v_image, v_variance
