@@ -106,6 +106,8 @@ def grid(table: Table) -> list[str]:
 def _cells(table: Table, row: Row, metric: Metric, rank: int | None) -> list[str]:
     entry = row.entries[metric.identifier]
     value = measured(entry, metric, r" $\pm$ ") or _DASH
+    if entry.mean is not None and value.startswith("-"):
+        value = f"$-${value[1:]}"  # a hyphen otherwise
     cells = [rf"\cellcolor[HTML]{{{_COLOURS[rank]}}}{value}" if rank else value]
     if table.has_published:
         cells.append(entry.published or _DASH)

@@ -48,7 +48,7 @@ def grid(table: Table) -> str:
 def _cells(table: Table, row: Row, metric: Metric, rank: int | None) -> list[str]:
     entry = row.entries[metric.identifier]
     value = measured(entry, metric, " ± ") or _DASH
-    cells = [_MARKS[rank].format(value) if rank else value]
+    cells = [minus(_MARKS[rank].format(value) if rank else value)]
     if table.has_published:
         cells.append(entry.published or _DASH)
         cells.append(_DASH if entry.difference is None else minus(signed(entry.difference, metric)))

@@ -101,9 +101,8 @@ def _gain(ranking: Ranking) -> list[str]:
     if not isinstance(truth, dict) or truth.get("gain_every") is None:
         return []
     return [
-        f"gain: {truth['gain_candidates']} random candidates at every selection whose number, from 0, is a multiple of "
-        f"{truth['gain_every']}; a copy fitted with the candidate, each view used {truth['gain_passes']} times, "
-        "against a copy fitted without it"
+        f"gain: {truth['gain_candidates']} random candidates at one in {truth['gain_every']} selections, from the "
+        f"first on; a copy fitted with the candidate against a copy fitted without it, {truth['gain_passes']} passes"
     ]
 
 

@@ -49,7 +49,7 @@ def measured(entry: Entry, metric: Metric, plus_minus: str) -> str | None:
     """Return the mean, with the spread where there is one, or None if the mean is missing."""
     if entry.mean is None:
         return None
-    mean = f"{entry.mean:.{metric.decimals}f}"
+    mean = f"{round(entry.mean, metric.decimals) + 0.0:.{metric.decimals}f}"  # what rounds to zero has no sign
     return mean if entry.spread is None else f"{mean}{plus_minus}{entry.spread:.{metric.decimals}f}"
 
 

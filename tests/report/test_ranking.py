@@ -1,0 +1,174 @@
+"""The ranking table: values by hand, orientation of scores and truth, what is missing and why."""
+
+import csv
+import random
+
+import pytest
+
+from avs.errors import UserError
+from avs.record import Step, StepTruth
+from avs.report.ranking import oriented
+from avs.report.ranking_tables import FIELDS, write_ranking_table
+from avs.selectors.base import ORACLE
+
+METHODS = ["random", "fisherrf", "ours-repvit"]
+
+
+def step(scores, ssim=None, psnr=None, gain=None, number=0):
+    measured = ssim is not None or psnr is not None or gain is not None
+    truth = StepTruth(psnr=psnr or ssim, ssim=ssim, gain=gain) if measured else None
+    names = [f"{index}.png" for index in range(len(ssim or gain or scores))]
+    return Step(step=number, iteration=5, primitives=9, candidates=names, scores=scores, chosen=names[:1], truth=truth)
+
+
+@pytest.fixture
+def table(tmp_path, written):
+    """Write the table of some episodes; return its rows by (method, target, statistic), its Markdown and LaTeX."""
+
+    def write(episodes, methods=METHODS, absent=None):
+        out = tmp_path / "tables" / "ranking_orbit"
+        write_ranking_table(written(episodes), methods, "orbit", out, absent or {})
+        with open(f"{out}.csv", newline="") as stream:
+            reader = csv.DictReader(stream)
+            rows = {(row["method"], row["target"], row["statistic"]): row for row in reader}
+        assert tuple(reader.fieldnames) == FIELDS
+        return rows, *(out.with_name(out.name + ending).read_text() for ending in (".md", ".tex"))
+
+    return write
+
+
+# Against 1, 2, 3, 4: one exchange of neighbours has rho 1 - 6 * 2 / (4 * 15) = 0.8 and tau 4/6; two have 0.6 and 2/6.
+ORDERED, ONE, TWO = [1.0, 2.0, 3.0, 4.0], [2.0, 1.0, 3.0, 4.0], [2.0, 1.0, 4.0, 3.0]
+
+
+def test_values_by_hand(episode, table):
+    episodes = [
+        episode("fisherrf", scene, seed, higher_is_worse=False, steps=[step(first, ORDERED), step(second, ORDERED)])
+        for scene, seed, first, second in [
+            ("attic", 0, ORDERED, ONE),  # mean rho 0.9
+            ("cellar", 0, ONE, TWO),  # 0.7
+            ("attic", 1, ONE, ONE),  # 0.8
+            ("cellar", 1, ORDERED, ORDERED),  # 1.0
+        ]
+    ]
+    rows, markdown, latex = table(episodes)
+    row = rows["fisherrf", "ssim", "spearman"]
+    # Seeds have 0.8 and 0.9; the standard deviation of two numbers is their distance over the root of two.
+    assert (row["mean"], row["spread"], row["over"]) == ("0.8500", "0.0707", "seeds")
+    assert (row["scenes"], row["seeds"], row["steps"], row["group"]) == ("2", "2", "8", "3D-based")
+    assert rows["fisherrf", "ssim", "kendall"]["mean"] == "0.7500"  # 5/6, 1/2, 2/3, 1
+    assert "| 3D-based | FisherRF | **0.85 ± 0.07** | **0.75 ± 0.12** |" in markdown
+    assert "standard deviation over seeds" in markdown
+    assert r"\label{tab:ranking-orbit}" in latex
+    assert r"& FisherRF & \cellcolor[HTML]{F4CCCC}0.85 $\pm$ 0.07 &" in latex
+
+
+def test_with_one_seed_the_spread_is_over_scenes(episode, table):
+    episodes = [
+        episode("random", scene, higher_is_worse=False, steps=[step(scores, ORDERED)])
+        for scene, scores in (("attic", ORDERED), ("cellar", TWO))
+    ]
+    rows, markdown, _ = table(episodes)
+    row = rows["random", "ssim", "spearman"]
+    assert (row["mean"], row["spread"], row["over"]) == ("0.8000", "0.2828", "scenes")
+    assert "standard deviation over scenes" in markdown
+    rows, markdown, _ = table(episodes[:1])
+    row = rows["random", "ssim", "spearman"]
+    assert (row["mean"], row["spread"], row["over"]) == ("1.0000", "", "")
+    assert "±" not in markdown
+
+
+@pytest.mark.parametrize(
+    ("higher_is_worse", "target", "value"),
+    [(False, "ssim", 1.0), (True, "ssim", -1.0), (False, "psnr", 1.0), (False, "gain", -1.0), (True, "gain", 1.0)],
+)
+def test_one_is_the_order_of_the_truth(episode, table, higher_is_worse, target, value):
+    """The lowest score of a quality method should meet the lowest SSIM; the largest information the largest gain."""
+    steps = [step(ORDERED, ssim=[0.1, 0.2, 0.3, 0.9], psnr=[9.0, 10.0, 11.0, 20.0], gain=[-1.0, 0.0, 0.5, 2.0])]
+    rows, markdown, latex = table([episode("random", higher_is_worse=higher_is_worse, steps=steps)])
+    assert float(rows["random", target, "spearman"]["mean"]) == value
+    assert float(rows["random", target, "kendall"]["mean"]) == value
+    # What ranks by quality ranks against the gain here, so that both signs occur.
+    assert "−1.00" in markdown  # noqa: RUF001
+    assert "$-$1.00" in latex
+
+
+def test_only_candidates_with_score_and_truth_count():
+    scores, gain = [4.0, None, 2.0, 3.0, 9.0], [0.1, 0.2, None, 0.4, 0.5]
+    first, second = oriented(step(scores, gain=gain), True, "gain")
+    assert first.tolist() == [4.0, 3.0, 9.0]
+    assert second.tolist() == [0.1, 0.4, 0.5]
+    assert oriented(step(None, ORDERED), True, "ssim") is None
+    assert oriented(step(ORDERED), True, "ssim") is None
+    assert oriented(step(ORDERED, ORDERED), True, "gain") is None
+
+
+def test_selections_without_order_are_left_out_and_counted(episode, table):
+    steps = [step([1.0, 1.0, 1.0, 1.0], ORDERED), step(ONE, ORDERED), step([1.0, 2.0], [1.0, 2.0])]
+    rows, markdown, _ = table([episode("random", higher_is_worse=False, steps=steps)], ["random"])
+    row = rows["random", "ssim", "spearman"]
+    assert (row["mean"], row["steps"]) == ("0.8000", "1")
+    assert row["note"] == "1 selection left out, all values are equal; 1 selection left out, fewer than 3 candidates"
+    assert "- Random, true SSIM, Spearman: 1 selection left out, all values are equal\n" in markdown
+
+
+@pytest.mark.parametrize(
+    ("steps", "note"),
+    [
+        ([step(None, ORDERED)], "the method records no scores"),
+        ([step(ORDERED)], "not measured (protocol.truth.image_every)"),
+        ([step([5.0, 5.0, 5.0], [1.0, 2.0, 3.0])], "attic: all values are equal"),
+    ],
+)
+def test_a_correlation_that_is_missing_says_why(episode, table, steps, note):
+    rows, markdown, latex = table([episode("random", steps=steps)], ["random"])
+    row = rows["random", "ssim", "spearman"]
+    assert (row["mean"], row["spread"], row["steps"], row["note"]) == ("", "", "0", note)
+    assert note in markdown
+    assert note.replace("_", r"\_") in latex
+
+
+def test_methods_without_episodes_keep_their_row(episode, table):
+    complete = [episode("random", scene, steps=[step(ONE, ORDERED)]) for scene in ("attic", "cellar")]
+    partly = [episode("fisherrf", "attic", steps=[step(ONE, ORDERED)])]
+    rows, markdown, _ = table(complete + partly, absent={"ours-repvit": "weights absent: fetch them"})
+    assert rows["fisherrf", "ssim", "spearman"]["note"] == "no episode of cellar"
+    assert rows["ours-repvit", "gain", "kendall"]["note"] == "weights absent: fetch them"
+    assert "- Ours-RepViT: weights absent: fetch them\n" in markdown
+
+
+def test_oracles_stand_last_and_are_not_ranked(episode, table):
+    oracle = episode("oracle-ssim", group=ORACLE, higher_is_worse=False, steps=[step(ORDERED, ORDERED)])
+    other = episode("random", higher_is_worse=False, steps=[step(TWO, ORDERED)])
+    _, markdown, _ = table([oracle, other], ["oracle-ssim", "random"])
+    assert "| Oracle | oracle-ssim | 1.00 | 1.00 |" in markdown
+    assert "**0.60**" in markdown
+    assert markdown.index("Random") < markdown.index("oracle-ssim")
+
+
+def test_the_way_the_gain_was_measured_is_told(episode, table):
+    truth = {"image_every": 1, "gain_every": 5, "gain_candidates": 8, "gain_passes": 2}
+    one = episode("random")
+    _, markdown, _ = table([one.model_copy(update={"protocol": one.protocol | {"truth": truth}})], ["random"])
+    assert "- gain: 8 random candidates at one in 5 selections" in markdown
+
+
+def test_equal_records_give_equal_bytes_in_any_order(episode, written, tmp_path):
+    episodes = [
+        episode(method, scene, seed, steps=[step(TWO, ONE, gain=ORDERED)])
+        for method in METHODS
+        for scene in ("attic", "cellar")
+        for seed in (0, 1)
+    ]
+    contents = []
+    for name in ("first", "second"):
+        random.Random(name).shuffle(episodes)
+        write_ranking_table(written(episodes), METHODS, "orbit", tmp_path / name / "ranking_orbit", {})
+        contents.append({path.name: path.read_bytes() for path in (tmp_path / name).iterdir()})
+    assert contents[0] == contents[1]
+    assert set(contents[0]) == {"ranking_orbit.csv", "ranking_orbit.md", "ranking_orbit.tex"}
+
+
+def test_episodes_of_another_data_set_are_refused(episode, table):
+    with pytest.raises(UserError, match="got episodes of handheld"):
+        table([episode("random"), episode("random", dataset="handheld", scene="hut")])
