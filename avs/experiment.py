@@ -21,7 +21,7 @@ from avs.representations.gaussians.ply import write_ply
 from avs.representations.gaussians.settings import GaussianSettings
 from avs.representations.gaussians.splats import GaussianSplats, build
 from avs.scene import Scene, read_scene
-from avs.selectors.base import Method, Resources, Settings
+from avs.selectors.base import Method, PreparesRepresentation, Resources, Settings
 
 
 class EpisodeSettings(BaseModel):
@@ -94,7 +94,7 @@ def run_episode(
 def replay_episode(
     scene_folder: Path, episode: Path, device: Literal["cpu", "cuda"], out: Path, progress: Progress
 ) -> None:
-    """Run an episode again on the views that it selected, without its method; the curve comes out the same.
+    """Run an episode again on the views that it selected, without its scores; the curve comes out the same.
 
     Args:
         scene_folder: the scene of the episode.
@@ -126,7 +126,7 @@ def replay_episode(
             selector={},
         ),
         selector=ListedViews(scene, recorded.initial, recorded.selected, episode),
-        build=builder(scene, settings, recorded.seed, device),
+        build=_prepared(builder(scene, settings, recorded.seed, device), recorded, device),
         evaluate=Evaluator(scene, protocol.lpips, device),
         progress=lambda line: progress(f"{scene.name}, replay: {line}"),
         device=device,
@@ -163,6 +163,27 @@ def builder(scene: Scene, settings: GaussianSettings, seed: int, device: str) ->
 
     def make(captured: IndexArray) -> Representation:
         return build(scene, captured, settings, seed_of("reconstruction", scene.name, seed), device)
+
+    return make
+
+
+def _prepared(build: Builder, recorded: Episode, device: str) -> Builder:
+    """Return ``build`` with what the recorded method did to each reconstruction before it was fitted, if anything.
+
+    A method that needs weights is not asked: none of them changes the reconstruction, and the weights may be elsewhere.
+    """
+    registered = selectors.methods().get(recorded.method)
+    if registered is None or registered.method.scorer is not None or registered.method.pretrained:
+        return build
+    settings = selectors.create_settings(recorded.method, recorded.selector)
+    selector = registered.method.build(settings, Resources(device=device))
+    if not isinstance(selector, PreparesRepresentation):
+        return build
+
+    def make(captured: IndexArray) -> Representation:
+        representation = build(captured)
+        selector.prepare(representation)
+        return representation
 
     return make
 

@@ -7,7 +7,9 @@ from factories import MeanColor, ring, small_scene
 from avs.episode import Identity, Plan, run
 from avs.errors import UserError
 from avs.evaluation import Evaluator
+from avs.experiment import EpisodeSettings, replay_episode, run_episode
 from avs.protocol import ProtocolSettings
+from avs.record import Episode, read_record
 from avs.representations.base import VarianceReduction
 from avs.representations.gaussians.settings import GaussianSettings, InitialPoints
 from avs.representations.gaussians.splats import build
@@ -114,6 +116,19 @@ def test_an_episode_learns_variances_and_chooses_by_them(scene, values):
 
 def test_an_episode_is_the_same_for_the_same_seed(scene):
     assert episode(scene)[0].model_dump_json() == episode(scene)[0].model_dump_json()
+
+
+def test_a_replay_learns_variances_too(scene, tmp_path):
+    protocol = ProtocolSettings(initial_views=3, budget=5, additions=(6, 12), iterations=24)
+    representation = GaussianSettings(points=InitialPoints(random_count=200, opacity=0.9))
+    settings = EpisodeSettings(
+        method="activenerf", device="cpu", protocol=protocol, representation=representation, selector={"floor": 0.01}
+    )
+    run_episode(scene.folder, settings, 0, None, tmp_path / "first", lambda line: None)
+    replay_episode(scene.folder, tmp_path / "first" / "episode.json", "cpu", tmp_path / "second", lambda line: None)
+    first, second = (read_record(tmp_path / name / "episode.json", Episode) for name in ("first", "second"))
+    assert second.curve == first.curve
+    assert second.selected == first.selected
 
 
 def test_a_reconstruction_that_begins_again_learns_variances_again(scene):
