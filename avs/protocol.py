@@ -39,7 +39,7 @@ class TruthSettings(BaseModel):
     )
     gain_candidates: PositiveInt = Field(default=8, description="size of that sample, which depends on the seed alone")
     gain_passes: PositiveInt = Field(
-        default=1, description="how often the fit that measures a gain uses each view, the candidate included"
+        default=2, description="how often the fit that measures a gain uses each view, the candidate included"
     )
 
 
