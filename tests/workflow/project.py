@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import subprocess
 import sys
 from pathlib import Path
 
@@ -54,3 +55,9 @@ def environment():
     """Return the variables of a process that runs the interpreter of the tests."""
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     return os.environ | {"PATH": path, "PYTHONPATH": ""}
+
+
+def run(folder, *arguments, command=("snakemake",)):
+    """Run the workflow in ``folder`` with its ``tiny.yaml`` and return the finished process."""
+    words = [*command, *arguments, "--configfile", "tiny.yaml"]
+    return subprocess.run(words, cwd=folder, env=environment(), capture_output=True, text=True, check=False)

@@ -16,7 +16,7 @@ COMMANDS = re.findall(r"^```bash\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory):
+def followed(tmp_path_factory):
     """A checkout in which the page has been followed, and the result of its workflow."""
     folder = checkout_open_to_selectors(tmp_path_factory.mktemp("baselines"))
     for name, text in BLOCKS.items():
@@ -33,8 +33,8 @@ def finished(tmp_path_factory):
     return folder
 
 
-def test_every_method_of_the_page_has_its_row(finished):
-    with open(finished / "results" / "tiny" / "tables" / "nvs_orbit.csv", newline="") as stream:
+def test_every_method_of_the_page_has_its_row(followed):
+    with open(followed / "results" / "tiny" / "tables" / "nvs_orbit.csv", newline="") as stream:
         rows = {row["method"]: row for row in csv.DictReader(stream) if row["metric"] == "psnr"}
     assert set(rows) == set(yaml.safe_load(BLOCKS["mine.yaml"])["methods"])
     assert {method: row["group"] for method, row in rows.items() if method != "random"} == {
@@ -50,11 +50,11 @@ def test_a_file_has_less_than_sixty_lines_and_a_rule_three():
     assert BLOCKS["workflows/baselines/bisection.smk"].count("\n") == 3
 
 
-def test_the_views_of_a_program_are_those_of_its_episode(finished):
+def test_the_views_of_a_program_are_those_of_its_episode(followed):
     from avs.listed import ViewList
     from avs.record import Episode, read_record
 
-    folder = finished / "results/tiny/episodes/orbit/orbit_0/bisection/0"
+    folder = followed / "results/tiny/episodes/orbit/orbit_0/bisection/0"
     listed, episode = read_record(folder / "views.json", ViewList), read_record(folder / "episode.json", Episode)
     wanted = [name for name in listed.views if name not in episode.initial]
     assert episode.selected == wanted[: len(episode.selected)]

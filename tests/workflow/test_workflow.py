@@ -14,45 +14,7 @@ import pytest
 import yaml
 from factories import small_scene
 
-ROOT = Path(__file__).resolve().parents[2]
-LINKED = ("avs", "metrics")
-COPIED = ("Snakefile", "workflows", "profiles", "results/published")
-METHODS = ("random", "farthest")
-
-
-def checkout(folder, linked=LINKED):
-    """Lay out the project in ``folder``; code that is linked shares its compiled kernels with this checkout."""
-    for name in COPIED:
-        target = folder / name
-        target.parent.mkdir(parents=True, exist_ok=True)
-        (shutil.copytree if (ROOT / name).is_dir() else shutil.copy2)(ROOT / name, target)
-    for name in LINKED:
-        if name in linked:
-            (folder / name).symlink_to(ROOT / name)
-        else:
-            shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
-    (folder / "tiny.yaml").write_text(yaml.safe_dump(tiny()))
-    return folder
-
-
-def tiny():
-    """Return the ci scale cut down to seconds."""
-    values = yaml.safe_load((ROOT / "workflows" / "config" / "ci.yaml").read_text())
-    values |= {"scale": "tiny", "methods": list(METHODS), "scorers": {}, "selectors": {}, "seeds": [0]}
-    values["embedded"]["scenes"] = {"orbit": [0]}
-    values["embedded"]["capture"] |= {"views": 16, "long_side": 48}
-    values["protocol"] |= {"budget": 6, "additions": [4, 8], "iterations": 12}
-    return values
-
-
-def environment():
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    return os.environ | {"PATH": path, "PYTHONPATH": ""}
-
-
-def run(folder, *arguments, command=("snakemake",)):
-    words = [*command, *arguments, "--configfile", "tiny.yaml"]
-    return subprocess.run(words, cwd=folder, env=environment(), capture_output=True, text=True, check=False)
+from tests.workflow.project import METHODS, ROOT, checkout, environment, run, tiny
 
 
 def tables(folder):
@@ -66,15 +28,6 @@ def planned(result):
     """Return the number of jobs by rule that a dry run names."""
     assert result.returncode == 0, result.stderr
     return {rule: int(count) for rule, count in re.findall(r"^(\w+)\s+(\d+)$", result.stdout, re.MULTILINE)}
-
-
-@pytest.fixture(scope="module")
-def finished(tmp_path_factory):
-    """A checkout with a finished run at -j2."""
-    folder = checkout(tmp_path_factory.mktemp("finished"))
-    result = run(folder, "-j2", "tables")
-    assert result.returncode == 0, result.stdout + result.stderr
-    return folder
 
 
 @pytest.fixture
@@ -127,7 +80,7 @@ def test_editing_a_selector_reruns_its_own_episodes_and_what_follows(edited):
     with open(edited / "avs" / "selectors" / "farthest.py", "a") as stream:
         stream.write("\n# an edit\n")
     jobs = planned(run(edited, "-n", "tables"))
-    assert jobs == {"episode": 1, "nvs_table": 1, "psnr_over_views": 1, "tables": 1, "total": 4}
+    assert jobs == {"episode": 1, "nvs_table": 1, "ranking_table": 1, "psnr_over_views": 1, "tables": 1, "total": 5}
 
 
 def test_touching_a_file_reruns_nothing(edited):

@@ -1,0 +1,126 @@
+"""The table of selection times: medians by hand, rows without a time, the paper's values, times that do not compare."""
+
+import csv
+import re
+
+import pytest
+
+from avs.errors import UserError
+from avs.record import write_record
+from avs.report.runtime_tables import write_runtime_table
+from avs.runtime.record import Runtime, SelectionTimes
+
+PUBLISHED = """table,dataset,scene,method,metric,value
+tab,mipnerf360,garden,fisherrf,selection_seconds,8.34
+tab,mipnerf360,garden,fisherrf,psnr,21.33
+tab,mipnerf360,garden,fisherrf,gpu_memory_gb,15.8
+"""
+
+
+def make_record(method="fisherrf", total=(0.4, 0.1, 0.3), render=0.0, **changes):
+    fields = {
+        "scene": "attic",
+        "scene_hash": "hash of attic",
+        "method": method,
+        "label": method,
+        "group": "3D-based",
+        "selector": {},
+        "seed": 0,
+        "iteration": 245,
+        "primitives": 4321,
+        "own_fit": False,
+        "captured": 12,
+        "candidates": 44,
+        "chosen": 1,
+        "image_size": (192, 108),
+        "selections": [
+            SelectionTimes(render_seconds=render, score_seconds=each - render, total_seconds=each) for each in total
+        ],
+        "peak_memory_bytes": 512_000_000,
+        "device": "cpu",
+        "machine": {"processor": "a processor", "cores": "2"},
+        "threads": 1,
+        "packages": {},
+        "revision": None,
+        "started": "",
+        "finished": "",
+    }
+    return Runtime(**(fields | changes))
+
+
+@pytest.fixture
+def table(tmp_path, written):
+    """Write the table; return its rows by (method, metric) and its Markdown and LaTeX."""
+
+    def write(records, episodes, methods, absent=None):
+        paths = []
+        for number, record in enumerate(records):
+            paths.append(tmp_path / "records" / f"{number}.json")
+            write_record(paths[-1], record)
+        (tmp_path / "published.csv").write_text(PUBLISHED)
+        out = tmp_path / "tables" / "runtime"
+        write_runtime_table(paths, written(episodes), methods, absent or {}, [tmp_path / "published.csv"], out)
+        with open(f"{out}.csv", newline="") as stream:
+            rows = {(row["method"], row["metric"]): row for row in csv.DictReader(stream)}
+        return rows, *(out.with_suffix(ending).read_text() for ending in (".md", ".tex"))
+
+    return write
+
+
+def test_values_by_hand(episode, table):
+    records = [make_record(), make_record("fisherrf4", total=(2.0, 1.0), chosen=4, render=0.25)]
+    episodes = [episode("fisherrf", seed=0), episode("fisherrf", seed=1, psnr=(22.0, 24.0)), episode("fisherrf4")]
+    rows, markdown, latex = table(records, episodes, ["fisherrf", "fisherrf4"])
+    row = rows["fisherrf", "selection_seconds"]
+    assert (row["value"], row["lowest"], row["highest"], row["repeats"]) == ("0.30000", "0.10000", "0.40000", "3")
+    assert row["published"] == "8.34"
+    assert rows["fisherrf", "psnr"]["value"] == "22.0000"
+    assert rows["fisherrf", "peak_memory_gb"]["value"] == "0.5120"
+    assert rows["fisherrf", "peak_memory_gb"]["published"] == "15.8"
+    assert rows["fisherrf4", "selection_seconds"]["value"] == "1.50000"
+    assert rows["fisherrf4", "view_seconds"]["value"] == "0.37500"
+    assert rows["fisherrf4", "render_seconds"]["value"] == "0.25000"
+    assert rows["fisherrf4", "selection_seconds"]["published"] == ""
+    assert "**0.300**" in markdown
+    assert "12 captured views, 44 candidates of 192x108 pixels, after 245 iterations; a processor" in latex
+    assert "- Score holds the whole selection of fisherrf: no rendering is told apart" in markdown
+    assert "NVIDIA 4090" in latex
+
+
+def test_a_method_without_a_time_keeps_its_row_with_the_reason(episode, table):
+    reason = "weights maniqa absent; run: avs weights fetch maniqa"
+    absent = {"maniqa": reason, "theirs": "a program of its own is not timed"}
+    rows, markdown, latex = table(
+        [make_record()], [episode("fisherrf"), episode("theirs")], ["fisherrf", "maniqa", "theirs"], absent
+    )
+    assert rows["maniqa", "selection_seconds"]["note"] == rows["maniqa", "psnr"]["note"] == reason
+    assert rows["theirs", "psnr"]["value"] == "21.0000"
+    assert rows["theirs", "selection_seconds"]["note"] == "a program of its own is not timed"
+    assert markdown.count(reason) == latex.count(reason) == 1
+    assert markdown.count("a program of its own is not timed") == 1
+
+
+def test_a_fit_of_its_own_is_told(episode, table):
+    _, markdown, _ = table(
+        [make_record("activenerf", label="ActiveNeRF", own_fit=True)], [episode("activenerf")], ["activenerf"]
+    )
+    assert "- ActiveNeRF: timed on a reconstruction fitted with the method's own loss" in markdown
+
+
+@pytest.mark.parametrize(
+    ("changes", "fault"),
+    [
+        ({"machine": {"processor": "another", "cores": "2"}}, "machine is not that of fisherrf"),
+        ({"captured": 3}, "captured is not that of fisherrf"),
+        ({"method": "fisherrf"}, "a second record of fisherrf"),
+    ],
+)
+def test_times_that_do_not_compare_are_refused_in_one_line(episode, table, changes, fault):
+    with pytest.raises(UserError, match=re.escape(fault)) as error:
+        table([make_record(), make_record(**({"method": "random"} | changes))], [episode("fisherrf")], ["fisherrf"])
+    assert "\n" not in str(error.value)
+
+
+def test_episodes_of_another_scene_are_refused(episode, table):
+    with pytest.raises(UserError, match="is an episode on another scene than attic"):
+        table([make_record()], [episode("fisherrf", scene="cellar")], ["fisherrf"])
