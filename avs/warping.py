@@ -1,4 +1,4 @@
-"""Backward warping of an image into other cameras, by the depth that these see."""
+"""Backward warping of an image into another camera, by the depth that this one sees."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from torch import Tensor
 from avs.cameras import Cameras
 
 
-def warped(image: Tensor, source: Cameras, depth: Tensor, targets: Cameras) -> Tensor:
-    """Return what ``targets`` see if every point looks as it does in ``image``.
+def warped(image: Tensor, source: Cameras, depth: Tensor, target: Cameras) -> Tensor:
+    """Return what ``target`` sees if every point looks as it does in ``image``.
 
     Bilinear; a point that projects outside the image takes the colour at its edge, one behind the source that of the
     point mirrored at its centre. Occlusions are not looked for.
@@ -19,30 +19,25 @@ def warped(image: Tensor, source: Cameras, depth: Tensor, targets: Cameras) -> T
     Args:
         image: ``[channels, height, width]`` of ``source``.
         source: one camera.
-        depth: ``[n, h, w]``, distances along the targets' optical axes.
-        targets: n cameras of one image size.
+        depth: ``[h, w]``, distances along the target's optical axis.
+        target: one camera.
 
     Returns:
-        ``[n, channels, h, w]``.
+        ``[channels, h, w]``.
     """
-    # a pixel p = (x, y, 1) of depth d lies at d a p + b in the homogeneous pixel coordinates of the source
-    relative = source.world_to_camera @ np.linalg.inv(targets.world_to_camera)
-    linear = source.intrinsics @ relative[:, :3, :3] @ np.linalg.inv(targets.intrinsics)
-    a, b = (torch.from_numpy(x).to(depth) for x in (linear, source.intrinsics[0] @ relative[:, :3, 3, None]))
-    n, height, width = depth.shape
-    x = torch.arange(width, dtype=depth.dtype, device=depth.device) + 0.5
-    y = torch.arange(height, dtype=depth.dtype, device=depth.device)[:, None] + 0.5
-
-    def coordinate(row: int) -> Tensor:
-        a_x, a_y, a_1, b_1 = (v[:, None, None] for v in (a[:, row, 0], a[:, row, 1], a[:, row, 2], b[:, row, 0]))
-        return torch.addcmul(b_1, depth, a_x * x + (a_y * y + a_1))
-
-    # in the plane of the source's centre a point projects nowhere: far outside will do
-    inverse = coordinate(2).reciprocal_().nan_to_num_()
-    grid = torch.empty(n, height, width, 2, dtype=depth.dtype, device=depth.device)
-    for axis, size in ((0, image.shape[2]), (1, image.shape[1])):
-        torch.mul(coordinate(axis), inverse, out=grid[..., axis]).mul_(2 / size).sub_(1)
-    # with align_corners=False, -1 and 1 are the outer edges of the image, so that pixel centres are at half integers
-    return functional.grid_sample(
-        image.expand(n, -1, -1, -1), grid, mode="bilinear", padding_mode="border", align_corners=False
-    )
+    # A pixel p = (x, y, 1) of depth d lies at d a p + b in homogeneous pixel coordinates of the source, scaled so that
+    # -1 and 1 are the outer edges of its image: grid_sample's convention without align_corners.
+    height, width = image.shape[1:]
+    scaled = np.array([[2 / width, 0, -1], [0, 2 / height, -1], [0, 0, 1]]) @ source.intrinsics[0]
+    relative = source.world_to_camera[0] @ np.linalg.inv(target.world_to_camera[0])
+    a = (scaled @ relative[:3, :3] @ np.linalg.inv(target.intrinsics[0])).tolist()
+    b = (scaled @ relative[:3, 3]).tolist()
+    x = torch.arange(depth.shape[1], dtype=depth.dtype, device=depth.device) + 0.5
+    y = torch.arange(depth.shape[0], dtype=depth.dtype, device=depth.device)[:, None] + 0.5
+    u, v, w = ((row[0] * x + (row[1] * y + row[2])).mul_(depth).add_(shift) for row, shift in zip(a, b, strict=True))
+    # where w is 0 a point projects nowhere; grid_sample documents what it does with NaN
+    grid = torch.empty(*depth.shape, 2, dtype=depth.dtype, device=depth.device)
+    torch.div(u, w, out=grid[..., 0])
+    torch.div(v, w, out=grid[..., 1])
+    sampled = functional.grid_sample(image[None], grid[None], padding_mode="border", align_corners=False)
+    return sampled[0]

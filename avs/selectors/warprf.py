@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 import numpy as np
-from pydantic import Field, PositiveInt
 
+from avs.representations.base import FloatImages
 from avs.selectors.base import Method, Resources, Selection, Settings, State, choose, render_in_batches
 
-
-class WarpRfSettings(Settings):
-    """Settings of WarpRF."""
-
-    batch: PositiveInt = Field(default=4, description="candidates rendered and compared at once; bounds the memory")
+BATCH = 8
+"""Views rendered at once, which bounds the memory."""
 
 
 class WarpRfSelector:
     """Largest sum over pixels of the least difference to a captured view, warped by the candidate's depth."""
 
-    def __init__(self, settings: WarpRfSettings, resources: Resources) -> None:
+    def __init__(self, settings: Settings, resources: Resources) -> None:
         """Compare on the device of ``resources``."""
-        self._settings = settings
         self._device = resources.device
 
     def select(self, state: State, k: int) -> Selection:
@@ -28,23 +24,24 @@ class WarpRfSelector:
 
         from avs.warping import warped
 
-        representation, cameras, batch = state.representation, state.captured.cameras, self._settings.batch
-        render_seconds, sources = 0.0, dict[int, torch.Tensor]()
-        for rows, rendering, seconds in render_in_batches(representation, cameras, batch):
+        def images(array: FloatImages) -> torch.Tensor:
+            return torch.from_numpy(array).to(self._device).permute(0, 3, 1, 2).contiguous()
+
+        cameras, render_seconds, captured = state.captured.cameras, 0.0, dict[int, torch.Tensor]()
+        for rows, rendering, seconds in render_in_batches(state.representation, cameras, BATCH):
             render_seconds += seconds
-            images = torch.from_numpy(rendering.rgb).to(self._device).permute(0, 3, 1, 2)
-            sources |= dict(zip(rows.tolist(), images.contiguous(), strict=True))
+            captured |= dict(zip(rows.tolist(), images(rendering.rgb), strict=True))
         scores = np.empty(len(state.candidates))
-        for rows, rendering, seconds in render_in_batches(representation, state.candidates, batch):
+        for rows, rendering, seconds in render_in_batches(state.representation, state.candidates, BATCH):
             render_seconds += seconds
-            seen = torch.from_numpy(rendering.rgb).to(self._device).permute(0, 3, 1, 2)
             # blended, not expected depth: the published code does not divide by the opacity
-            depth = torch.from_numpy(rendering.depth * rendering.alpha).to(self._device)
-            least = torch.full_like(depth, torch.inf)
-            for row, image in sources.items():
-                difference = warped(image, cameras[row], depth, state.candidates[rows]).sub_(seen).abs_().sum(dim=1)
-                torch.minimum(least, difference, out=least)
-            scores[rows] = least.sum(dim=(1, 2), dtype=torch.float64).cpu().numpy()
+            depths = torch.from_numpy(rendering.depth * rendering.alpha).to(self._device)
+            for row, seen, depth in zip(rows, images(rendering.rgb), depths, strict=True):
+                least = torch.full_like(depth, torch.inf)
+                for view, image in captured.items():
+                    difference = warped(image, cameras[view], depth, state.candidates[row]).sub_(seen).abs_()
+                    torch.minimum(least, difference.sum(dim=0), out=least)
+                scores[row] = float(least.sum(dtype=torch.float64))
         return Selection(choose(scores, k, higher_is_worse=True), scores, render_seconds)
 
 
@@ -59,6 +56,5 @@ METHODS = {
         ),
         higher_is_worse=True,
         build=WarpRfSelector,
-        settings=WarpRfSettings,
     )
 }

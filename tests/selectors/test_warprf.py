@@ -9,8 +9,8 @@ from tolerances import WARPING
 
 from avs.cameras import Cameras, concatenate
 from avs.representations.base import Rendering
-from avs.selectors.base import Resources, State
-from avs.selectors.warprf import WarpRfSelector, WarpRfSettings
+from avs.selectors.base import Resources, Settings, State
+from avs.selectors.warprf import WarpRfSelector
 from avs.views import Views
 
 CAPTURED = 3
@@ -36,11 +36,11 @@ class Pictures:
         return Rendering(*(np.stack([self.pictures[row][part] for row in rows]) for part in range(3)))
 
 
-def select(cameras, representation, k=1, batch=4):
+def select(cameras, representation, k=1):
     images = tuple(np.zeros((height, width, 3), np.uint8) for width, height in cameras.sizes[:CAPTURED])
     captured, candidates = Views(cameras[:CAPTURED], images), cameras[CAPTURED:]
     state = State(OnlyRenders(representation), captured, candidates, np.random.default_rng(0), 0)
-    return WarpRfSelector(WarpRfSettings(batch=batch), Resources()).select(state, k)
+    return WarpRfSelector(Settings(), Resources()).select(state, k)
 
 
 def bilinear(image, x, y):
@@ -99,7 +99,7 @@ def test_scores(arrange):
 def test_views_of_several_sizes():
     cameras = concatenate([ring(7, size=(12, 9))[:2], ring(7, size=(8, 11))[2:5], ring(7, size=(12, 9))[5:]])
     representation = Pictures(cameras)
-    selection = select(cameras, representation, batch=1)
+    selection = select(cameras, representation)
     scores = [twin(cameras, representation.pictures, row) for row in range(CAPTURED, 7)]
     np.testing.assert_allclose(selection.scores, scores, rtol=WARPING)
 
