@@ -21,6 +21,8 @@ scorer = typer.Typer(no_args_is_help=True, help="Train the cross-reference score
 weights = typer.Typer(no_args_is_help=True, help="Pretrained weights from elsewhere: list, fetch, check.")
 app.add_typer(scorer, name="scorer")
 app.add_typer(weights, name="weights")
+niqe = typer.Typer(no_args_is_help=True, help="The quality metric NIQE.")
+app.add_typer(niqe, name="niqe")
 
 runtime = typer.Typer(no_args_is_help=True, help="Time the selections of each method.")
 app.add_typer(runtime, name="runtime")
@@ -264,6 +266,23 @@ def check_weights(
 
     with job(None):
         check(names or [], print)
+
+
+@niqe.command("fit")
+def fit_niqe(
+    scenes: Annotated[list[Path], typer.Argument(help="folders of scenes, none of which is evaluated")],
+    out: Out,
+    settings: Annotated[Path | None, typer.Option(help="settings, a JSON file written by the workflow")] = None,
+    log: Log = None,
+) -> None:
+    """Fit NIQE's parameters on photographs, where the published ones are absent."""
+    from avs.quality.niqe_fit import fit_scenes
+    from avs.quality.settings import FitSettings
+
+    with job(log) as console:
+        limit_threads()
+        checked = FitSettings.model_validate({} if settings is None else _read(settings))
+        fit_scenes(scenes, checked, out, console.progress)
 
 
 @app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})

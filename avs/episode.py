@@ -18,7 +18,7 @@ from avs.record import CurvePoint, Episode, EpisodeMeta, Step, StepTimes, StepTr
 from avs.representations.base import Representation
 from avs.sampling import initial_views
 from avs.scene import Scene
-from avs.selectors.base import PreparesRepresentation, Selection, Selector, State, Truth, check_selection
+from avs.selectors.base import HasNotes, PreparesRepresentation, Selection, Selector, State, Truth, check_selection
 from avs.truth import is_measured, measure_truth
 from avs.views import Views
 
@@ -140,6 +140,8 @@ class _Loop:
         scene, protocol = self.plan.scene, self.plan.protocol
         pool = scene.pool
         self.budget, self.notes = capped_budget(protocol, len(pool), scene.name)
+        if isinstance(self.plan.selector, HasNotes):
+            self.notes += self.plan.selector.notes
         initial = pool[initial_views(scene.cameras[pool].centers, protocol.initial_views, protocol.initial_start)]
         self.captured: list[int] = initial.tolist()
         self.photographs = Photographs(scene)

@@ -106,6 +106,13 @@ def test_one_line_a_step_is_reported(scene):
     assert "PSNR" in lines[0]
 
 
+def test_notes_of_the_method_are_recorded(scene):
+    selector = Last()
+    selector.notes = ("fitted anew",)
+    episode, _, _ = run(plan(scene, selector))
+    assert episode.notes == ["fitted anew"]
+
+
 def test_the_record_is_the_same_for_the_same_seed(scene):
     first, _, _ = run(plan(scene, Last()))
     second, _, _ = run(plan(scene, Last()))

@@ -8,36 +8,51 @@ from typing import TYPE_CHECKING
 
 from avs import weights
 from avs.compatibility import prepare_torchvision
+from avs.weights.cache import COMMAND
 
 if TYPE_CHECKING:
     from torch import Tensor
+
+    from avs.quality.niqe_fit import Refitted
 
 Score = Callable[["Tensor"], "Tensor"]
 """Maps RGB images ``[n, 3, height, width]`` in 0..1 to ``[n]`` scores; NaN where the metric has nothing to measure."""
 
 
-def build(metric: str, name: str | None, device: str, parameters: Path | None = None) -> Score:
+def build(metric: str, name: str | None, device: str, path: Path | None = None) -> Score:
     """Return a metric of pyiqa.
 
     Args:
         metric: its name in pyiqa.
         name: its published weights in the manifest of ``avs.weights``, or None for a metric without any.
         device: ``cpu`` or ``cuda``.
-        parameters: a file of ``avs.quality.niqe_fit`` that NIQE takes instead of the published parameters.
+        path: the local file of the weights; None looks for it.
 
     Raises:
         UserError: the weights are absent, damaged, hold objects, or are those of another metric.
     """
     prepare_torchvision()
+    path = None if name is None else weights.verified(name, path)
+    if path is None:
+        from avs.quality.networks import build_plain
+
+        return build_plain(metric, device)
     if metric == "niqe":
         from avs.quality.niqe import NIQE, read_published
-        from avs.quality.niqe_fit import read_refitted
 
-        return NIQE(read_published(weights.verified("niqe")) if parameters is None else read_refitted(parameters))
+        return NIQE(read_published(path))
     if metric == "brisque":
         from avs.quality.brisque import BRISQUE, read_support_vectors
 
-        return BRISQUE(*read_support_vectors(weights.verified("brisque")))
-    from avs.quality.networks import build_metric
+        return BRISQUE(*read_support_vectors(path))
+    from avs.quality.networks import build_network
 
-    return build_metric(metric, name, device)
+    return build_network(metric, path, device, f"{COMMAND} {name}")
+
+
+def refitted_niqe(refitted: Refitted) -> Score:
+    """Return NIQE with parameters that were fitted here."""
+    prepare_torchvision()
+    from avs.quality.niqe import NIQE
+
+    return NIQE(refitted.gaussian)

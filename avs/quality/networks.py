@@ -4,36 +4,41 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from avs import weights
 from avs.errors import UserError
-from avs.weights.cache import COMMAND
 from avs.weights.reading import read_state
 
 if TYPE_CHECKING:
     from torch import Tensor, nn
 
 
-def build_metric(metric: str, name: str | None, device: str) -> Callable[[Tensor], Tensor]:
+def build_plain(metric: str, device: str) -> Callable[[Tensor], Tensor]:
+    """Return a metric of pyiqa that has no weights; see ``build_network``."""
+    import pyiqa
+    import torch
+
+    made: nn.Module = pyiqa.create_metric(metric, device=torch.device(device))
+    return lambda images: made(images).reshape(len(images))
+
+
+def build_network(metric: str, path: Path, device: str, remedy: str) -> Callable[[Tensor], Tensor]:
     """Return a metric of pyiqa that maps images ``[n, 3, height, width]`` in 0..1 to ``[n]`` scores.
 
     Args:
         metric: its name in pyiqa.
-        name: its weights in the manifest of ``avs.weights``, or None for a metric without a network.
+        path: a file with all of its weights.
         device: ``cpu`` or ``cuda``.
+        remedy: what the user can do if the file is bad.
 
     Raises:
-        UserError: the weights are absent, damaged, hold objects, or are not this network's.
+        UserError: the weights are damaged, hold objects, or are not this network's.
     """
     import pyiqa
     import torch
 
-    if name is None:
-        made: nn.Module = pyiqa.create_metric(metric, device=torch.device(device))
-        return lambda images: made(images).reshape(len(images))
-    path = weights.verified(name)
-    state = read_state(path, f"{COMMAND} {name}")
+    state = read_state(path, remedy)
     with torch.random.fork_rng(devices=[]), _random_backbones():
         made = pyiqa.create_metric(metric, device=torch.device(device), pretrained=False)
     network: Any = made.net

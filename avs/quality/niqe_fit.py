@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 import safetensors
 import safetensors.torch
-from pydantic import ValidationError
 
 from avs.errors import UserError
 from avs.files import atomic_path, canonical_json
@@ -24,6 +24,21 @@ if TYPE_CHECKING:
 
 _FORMAT = "avs-niqe-1"
 _REMEDY = "delete it and fit it again"
+
+
+@dataclass(frozen=True)
+class Refitted:
+    """Parameters of NIQE with what they were fitted on.
+
+    Attributes:
+        gaussian: the parameters.
+        settings: size of the photographs and choice of their patches.
+        photographs: how many there were.
+    """
+
+    gaussian: Gaussian
+    settings: FitSettings
+    photographs: int
 
 
 def fit_scenes(scenes: Sequence[Path], settings: FitSettings, out: Path, progress: Callable[[str], None]) -> None:
@@ -114,7 +129,7 @@ def write_refitted(path: Path, gaussian: Gaussian, card: dict[str, object]) -> N
         temporary.write_bytes(safetensors.torch.save(tensors, metadata=header))
 
 
-def read_refitted(path: Path) -> Gaussian:
+def read_refitted(path: Path) -> Refitted:
     """Read parameters that ``write_refitted`` wrote.
 
     Raises:
@@ -125,11 +140,12 @@ def read_refitted(path: Path) -> Gaussian:
             card = json.loads((opened.metadata() or {})["niqe"])
             if card["format"] != _FORMAT:
                 raise UserError(path, f"format {card['format']!r}, expected {_FORMAT!r}", _REMEDY)
-            patch = FitSettings.model_validate(card["settings"]).refit.patch
-            gaussian = Gaussian(opened.get_tensor("mean"), opened.get_tensor("covariance"), patch)
+            settings = FitSettings.model_validate(card["settings"])
+            gaussian = Gaussian(opened.get_tensor("mean"), opened.get_tensor("covariance"), settings.refit.patch)
+            photographs = int(card["photographs"])
     except FileNotFoundError as error:
         raise UserError(path, "no such file", "fit NIQE's parameters first: python -m avs niqe fit") from error
-    except (OSError, safetensors.SafetensorError, KeyError, TypeError, ValueError, ValidationError) as error:
+    except (OSError, safetensors.SafetensorError, KeyError, TypeError, ValueError) as error:
         reason = " ".join(str(error).split())[:100]
         raise UserError(path, f"not parameters that avs niqe fit wrote ({reason})", _REMEDY) from error
-    return checked(gaussian, path, _REMEDY)
+    return Refitted(checked(gaussian, path, _REMEDY), settings, photographs)

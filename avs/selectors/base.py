@@ -110,12 +110,24 @@ class PreparesRepresentation(Protocol):
         ...
 
 
+@runtime_checkable
+class HasNotes(Protocol):
+    """Capability of a selector: it tells what a reader of its results should know; the record and the table repeat it.
+
+    Attributes:
+        notes: sentences without a full stop, the same in every episode of a run.
+    """
+
+    notes: tuple[str, ...]
+
+
 @dataclass(frozen=True)
 class Resources:
     """What a selector may need from outside, apart from its settings.
 
     Attributes:
-        weights: checkpoint of the trained scorer that ``Method.scorer`` names, or None.
+        weights: checkpoint of the trained scorer that ``Method.scorer`` names, the file of the weights that
+            ``Method.pretrained`` names or of its fallback; or None.
         device: ``cpu`` or ``cuda``.
     """
 
@@ -137,6 +149,8 @@ class Method:
         scorer: name of the trained scorer whose weights it needs, or None.
         pretrained: names of the published weights that it needs, entries of the manifest of ``avs.weights``; a run
             without them leaves the method out and says so in its row.
+        fallback: name of parameters that a run can fit on its training scenes in place of absent published ones; they
+            are passed as ``Resources.weights``.
         oracle: whether it looks at photographs that are not captured yet, through ``State.truth``.
     """
 
@@ -148,6 +162,7 @@ class Method:
     settings: type[Settings] = field(default=Settings)
     scorer: str | None = None
     pretrained: tuple[str, ...] = ()
+    fallback: str | None = None
     oracle: bool = False
 
 

@@ -6,15 +6,21 @@ A further metric of pyiqa is one more row of ``_METRICS``, and an entry of the w
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 from pydantic import Field, PositiveInt
 
+from avs.errors import UserError
+from avs.quality.settings import FitSettings, RefitSettings
 from avs.representations.base import FloatImages
 from avs.resizing import ResizeSettings
 from avs.selectors.base import Method, Resources, Selection, Settings, State, choose, render_candidates
+
+if TYPE_CHECKING:
+    from avs.quality.metrics import Score
 
 
 @dataclass(frozen=True)
@@ -77,21 +83,44 @@ class NoReferenceSettings(Settings):
     batch: PositiveInt = Field(default=8, description="candidates rendered and scored at once; bounds the memory")
 
 
-class NoReferenceSelector:
-    """Worst quality by one metric, in the direction that pyiqa gives it."""
+class NIQESettings(NoReferenceSettings):
+    """Settings of NIQE."""
 
-    def __init__(self, metric: _Metric, settings: NoReferenceSettings, resources: Resources) -> None:
-        """Make the metric.
+    refit: RefitSettings = Field(
+        default=RefitSettings(),
+        description="the fit to photographs of training scenes, if the published parameters are absent",
+    )
+
+
+class NoReferenceSelector:
+    """Worst quality by one metric, in the direction that pyiqa gives it.
+
+    Attributes:
+        notes: what a reader of its results should know.
+    """
+
+    def __init__(
+        self,
+        metric: _Metric,
+        settings: NoReferenceSettings,
+        resources: Resources,
+        score: Score | None = None,
+        notes: tuple[str, ...] = (),
+    ) -> None:
+        """Make the metric, unless ``score`` is given.
 
         Raises:
             UserError: its weights are absent, damaged, hold objects, or are those of another metric.
         """
-        from avs.quality.metrics import build
+        if score is None:
+            from avs.quality.metrics import build
 
+            score = build(metric.name, metric.weights, resources.device, resources.weights)
+        self.notes = notes
         self._metric = metric
         self._settings = settings
         self._device = resources.device
-        self._score = build(metric.name, metric.weights, resources.device)
+        self._score = score
 
     def select(self, state: State, k: int) -> Selection:
         """Return the ``k`` candidates of the worst quality; of the representation only ``render`` is used."""
@@ -126,6 +155,25 @@ class NoReferenceSelector:
         return scores
 
 
+def _build_niqe(settings: NIQESettings, resources: Resources) -> NoReferenceSelector:
+    """Return NIQE with the published parameters, or with those of ``avs niqe fit`` if they are passed.
+
+    Raises:
+        UserError: the parameters are absent, damaged, or were fitted with other settings than the method's.
+    """
+    path = resources.weights
+    if path is None or path.suffix != ".safetensors":
+        return NoReferenceSelector(_METRICS["niqe"], settings, resources)
+    from avs.quality.metrics import refitted_niqe
+    from avs.quality.niqe_fit import read_refitted
+
+    refitted = read_refitted(path)
+    if refitted.settings != FitSettings(resize=settings.resize, refit=settings.refit):
+        raise UserError(path, "was fitted with other settings than selectors.niqe has", "fit NIQE's parameters again")
+    note = f"NIQE: fitted to {refitted.photographs} photographs of training scenes, not the published parameters"
+    return NoReferenceSelector(_METRICS["niqe"], settings, resources, refitted_niqe(refitted), (note,))
+
+
 METHODS = {
     identifier: Method(
         label=metric.label,
@@ -138,3 +186,4 @@ METHODS = {
     )
     for identifier, metric in _METRICS.items()
 }
+METHODS["niqe"] = replace(METHODS["niqe"], build=_build_niqe, settings=NIQESettings, fallback="niqe")

@@ -62,14 +62,18 @@ def missing(names: Iterable[str]) -> str | None:
     return f"weights {absent} absent: {COMMAND} {absent}" if absent else None
 
 
-def verified(name: str) -> Path:
+def verified(name: str, path: Path | None = None) -> Path:
     """Return the local file of the weights called ``name`` after comparing its length and hash.
+
+    Args:
+        name: an entry of the manifest.
+        path: the file, if it has been located before.
 
     Raises:
         UserError: it is absent, or not the file that it should be.
     """
-    path = locate(name)
-    if path is None:
+    path = path or locate(name)
+    if path is None or not path.is_file():
         raise UserError(f"weights {name}", "absent", f"{COMMAND} {name}")
     fault = damage(find(name), path)
     if fault is not None:

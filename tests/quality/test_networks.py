@@ -10,7 +10,8 @@ import pytest
 
 from avs.compatibility import prepare_torchvision
 from avs.errors import UserError
-from avs.quality.networks import _random_backbones, build_metric
+from avs.quality.metrics import build
+from avs.quality.networks import _random_backbones
 from avs.weights.manifest import MANIFEST, Weights
 
 torch = pytest.importorskip("torch")
@@ -56,7 +57,7 @@ def test_local_weights_give_the_scores_of_pyiqa(metric, name, wrapper, tmp_path,
     state = dict(expected.net.state_dict())
     torch.save(state if wrapper is None else {wrapper: state}, tmp_path / entry.path)
     before = torch.get_rng_state()
-    score = build_metric(metric, name, "cpu")
+    score = build(metric, name, "cpu")
     assert torch.equal(torch.get_rng_state(), before)
     images = torch.rand(2, 3, 60, 90)
     made = score.__closure__[0].cell_contents
@@ -76,10 +77,10 @@ def test_weights_of_another_network_are_refused_in_one_line(tmp_path, monkeypatc
     monkeypatch.setitem(MANIFEST, "musiq", entry)
     torch.save({"conv_root.weight": torch.zeros(1)}, tmp_path / entry.path)
     with pytest.raises(UserError, match=r"not the weights of MUSIQ \(Missing key") as error:
-        build_metric("musiq", "musiq", "cpu")
+        build("musiq", "musiq", "cpu")
     assert "\n" not in str(error.value)
 
 
 def test_absent_weights_are_told():
     with pytest.raises(UserError, match="weights musiq: absent; python -m avs weights fetch musiq"):
-        build_metric("musiq", "musiq", "cpu")
+        build("musiq", "musiq", "cpu")

@@ -104,6 +104,7 @@ def test_file_keeps_the_parameters_and_is_the_same_twice(tmp_path):
         some_gaussian(48),
         {
             "format": "avs-niqe-1",
+            "photographs": 3,
             "settings": FitSettings(refit=RefitSettings(patch=48)).model_dump(mode="json"),
         },
     )
@@ -113,9 +114,10 @@ def test_file_keeps_the_parameters_and_is_the_same_twice(tmp_path):
     write_refitted(path, gaussian, card)
     assert path.read_bytes() == first
     back = read_refitted(path)
-    assert back.patch == 48
-    np.testing.assert_array_equal(back.mean, gaussian.mean)
-    np.testing.assert_array_equal(back.covariance, gaussian.covariance)
+    assert back.gaussian.patch == back.settings.refit.patch == 48
+    assert back.photographs == 3
+    np.testing.assert_array_equal(back.gaussian.mean, gaussian.mean)
+    np.testing.assert_array_equal(back.gaussian.covariance, gaussian.covariance)
 
 
 @pytest.mark.parametrize("reader", [read_published, read_refitted])

@@ -9,9 +9,11 @@ from factories import OnlyRenders, ring
 from skimage import data, filters
 
 from avs import selectors
+from avs.errors import UserError
+from avs.quality.settings import FitSettings, RefitSettings
 from avs.representations.base import Rendering
 from avs.resizing import ResizeSettings
-from avs.selectors.base import Resources, State
+from avs.selectors.base import HasNotes, Resources, State
 from avs.selectors.no_reference import METHODS, NoReferenceSettings
 from avs.views import Views
 from tests.tolerances import QUALITY_KNOWN
@@ -116,6 +118,60 @@ def test_renderings_that_are_not_finite_are_refused(piqe):
     images = np.full((1, 64, 64, 3), np.nan, dtype=np.float32)
     with pytest.raises(ValueError, match="not finite"):
         piqe.score(images)
+
+
+@pytest.fixture
+def refitted(tmp_path):
+    """Return parameters of NIQE that were fitted to patches of 48 pixels of one picture, as a file."""
+    from avs.quality.niqe_fit import fit, sharp_features, write_refitted
+
+    settings = FitSettings(resize=ResizeSettings(pixels=451), refit=RefitSettings(patch=48, sharpness=0.2))
+    card = {"format": "avs-niqe-1", "photographs": 1, "settings": settings.model_dump(mode="json")}
+    path = tmp_path / "niqe.safetensors"
+    write_refitted(path, fit(sharp_features(data.chelsea()[None], settings), 48), card)
+    return path, {"resize": {"pixels": 451}, "refit": {"patch": 48, "sharpness": 0.2}}
+
+
+def test_refitted_niqe_ranks_blur_and_says_that_it_was_refitted(refitted):
+    path, settings = refitted
+    selector = _niqe(path, settings)
+    assert isinstance(selector, HasNotes)
+    assert selector.notes == ("NIQE: fitted to 1 photographs of training scenes, not the published parameters",)
+    sharp = data.chelsea().astype(np.float32) / 255
+    scores = selector.score(np.stack([sharp, _blurred(sharp, 1), _blurred(sharp, 3)]))
+    assert (np.diff(scores) > 0).all()
+
+
+def test_refitted_niqe_must_see_images_as_its_fit_did(refitted):
+    path, settings = refitted
+    with pytest.raises(UserError, match="fitted with other settings"):
+        _niqe(path, settings | {"resize": {"pixels": 300}})
+
+
+def test_published_parameters_need_no_note(shared_weights):
+    selector = _niqe(shared_weights / "pyiqa/niqe_modelparameters.mat", {})
+    assert selector.notes == ()
+
+
+def _niqe(weights, settings):
+    method = selectors.find("niqe").method
+    return method.build(selectors.create_settings("niqe", settings), Resources(weights))
+
+
+def test_absent_parameters_of_niqe_can_be_fitted_those_of_others_not(tmp_path, shared_weights, monkeypatch):
+    monkeypatch.setenv("TORCH_HOME", str(tmp_path))
+    monkeypatch.setenv("AVS_WEIGHTS", str(tmp_path))
+    assert selectors.unavailable("niqe") == "weights niqe absent: python -m avs weights fetch niqe"
+    assert selectors.unavailable("niqe", fits=True) is None
+    assert selectors.unavailable("musiq", fits=True) is not None
+    assert selectors.fallback("niqe") == "niqe"
+    assert selectors.fallback("musiq") is None
+    assert selectors.published("niqe") is None
+    monkeypatch.setenv("AVS_WEIGHTS", str(shared_weights))
+    assert selectors.unavailable("niqe") is None
+    assert selectors.fallback("niqe") is None
+    assert selectors.published("niqe") == shared_weights / "pyiqa/niqe_modelparameters.mat"
+    assert selectors.published("random") is None
 
 
 def test_listing_the_methods_imports_no_torch():

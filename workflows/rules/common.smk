@@ -28,7 +28,8 @@ LOGS = f"{RESULTS}/logs"
 ABSENT = {
     method: reason
     for method in settings.methods
-    if method not in PROGRAMS and (reason := selectors.unavailable(method)) is not None
+    if method not in PROGRAMS
+    and (reason := selectors.unavailable(method, fits=settings.distortions is not None))
 }
 RUNNABLE = [method for method in settings.methods if method not in ABSENT]
 
@@ -69,6 +70,9 @@ def section(part):
     if stage == "distortions":
         picked = {key: common[key] for key in ("device", "representation")}
         return picked | {"renders": common["distortions"]["renders"]}
+    if stage == "refit":
+        checked = selectors.create_settings(name, settings.selectors.get(name, {}))
+        return checked.model_dump(mode="json", include={"resize", "refit"})
     if stage == "training":
         return {"device": common["device"], "scorer": common["scorers"][name]}
     if stage == "table":

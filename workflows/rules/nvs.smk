@@ -36,14 +36,17 @@ def method_code(wildcards):
 
 
 def scorer_weights(wildcards):
-    """Return the checkpoint that a method needs, if any: a published one where it is at hand, else a trained one."""
+    """Return the weights that a method needs, if any: published ones where they are at hand, else those of this run."""
     if wildcards.method in PROGRAMS:
         return []
     scorer = selectors.find(wildcards.method).method.scorer
-    if scorer is None:
-        return []
-    published = published_weights(scorer, settings.scorers[scorer])
-    return published or f"{RESULTS}/scorer/{scorer}/weights.safetensors"
+    if scorer is not None:
+        published = published_weights(scorer, settings.scorers[scorer])
+        return published or f"{RESULTS}/scorer/{scorer}/weights.safetensors"
+    fallback = selectors.fallback(wildcards.method)
+    if fallback is not None:
+        return f"{RESULTS}/parameters/{fallback}.safetensors"
+    return selectors.published(wildcards.method) or []
 
 
 def listed_views(wildcards):

@@ -1,0 +1,27 @@
+# Parameters of no-reference metrics, fitted on the training scenes where the published ones are absent.
+
+
+def training_scenes(wildcards):
+    """Return the scenes that train, none of which is evaluated."""
+    return expand(
+        f"{RESULTS}/scenes/{{pattern}}_{{seed}}/scene.json",
+        pattern=settings.distortions.pattern,
+        seed=settings.distortions.training_seeds,
+    )
+
+
+rule niqe_fit:
+    input:
+        scenes=training_scenes,
+        settings=f"{RESULTS}/settings/refit/niqe.json",
+        code=sources("avs.quality.niqe_fit"),
+    output:
+        f"{RESULTS}/parameters/niqe.safetensors",
+    log:
+        f"{LOGS}/parameters/niqe.log",
+    params:
+        scenes=lambda wildcards, input: [Path(path).parent for path in input.scenes],
+    message:
+        "NIQE's parameters from photographs of the training scenes"
+    shell:
+        "{AVS} niqe fit {params.scenes} --settings {input.settings} --out {output} --log {log}"
