@@ -9,6 +9,7 @@ from factories import OnlyRenders, ring
 from skimage import data, filters
 
 from avs import selectors
+from avs.compatibility import prepare_torchvision
 from avs.errors import UserError
 from avs.quality.settings import FitSettings, RefitSettings
 from avs.representations.base import Rendering
@@ -125,6 +126,7 @@ def refitted(tmp_path):
     """Return parameters of NIQE that were fitted to patches of 48 pixels of one picture, as a file."""
     from avs.quality.niqe_fit import fit, sharp_features, write_refitted
 
+    prepare_torchvision()
     settings = FitSettings(resize=ResizeSettings(pixels=451), refit=RefitSettings(patch=48, sharpness=0.2))
     card = {"format": "avs-niqe-1", "photographs": 1, "settings": settings.model_dump(mode="json")}
     path = tmp_path / "niqe.safetensors"
