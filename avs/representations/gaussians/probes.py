@@ -15,7 +15,7 @@ from avs.representations.gaussians.parameters import NAMES, Parameters
 from avs.representations.gaussians.rasterizer import rasterization
 
 
-def probe_fisher(
+def probe_views(
     parameters: Parameters,
     cameras: Cameras,
     sh_degree: int,

@@ -24,7 +24,7 @@ from avs.representations.gaussians.losses import Target, prepare_target
 from avs.representations.gaussians.objective import ExtendedObjective, Objective, PhotometricObjective
 from avs.representations.gaussians.optimization import active_degree, create_optimizers, follow_schedules
 from avs.representations.gaussians.parameters import NAMES, Parameters, create_parameters, extend_parameters
-from avs.representations.gaussians.probes import probe_fisher
+from avs.representations.gaussians.probes import probe_views
 from avs.representations.gaussians.rasterizer import rasterization
 from avs.representations.gaussians.settings import GaussianSettings
 from avs.representations.gaussians.variance import variance_reductions
@@ -162,8 +162,8 @@ class GaussianSplats:
     def fisher_probes(
         self, cameras: Cameras, chain: str, parameters: Sequence[str], probes: int, seeds: Sequence[int]
     ) -> Iterator[FisherInformation]:
-        """Yield estimates of the same: see ``probes.probe_fisher``."""
-        return probe_fisher(self.parameters, cameras, self.sh_degree, self._background, chain, parameters, probes, seeds)
+        """Yield estimates of the same: see ``probes.probe_views``."""
+        return probe_views(self.parameters, cameras, self.sh_degree, self._background, chain, parameters, probes, seeds)
 
     @property
     def centres(self) -> npt.NDArray[np.float32]:
