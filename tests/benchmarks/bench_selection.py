@@ -4,10 +4,10 @@ Run from the root of the repository: ``python tests/benchmarks/bench_selection.p
 folder, SPLATS the ``splats.ply`` of an episode on it. Without them a cube of random Gaussians on a ring of cameras
 serves, whose renderings are its photographs.
 
-For each length of the images' longer side it prints, per candidate, the time of rendering, of scoring, and their sum
-as a ratio to FisherRF's (which renders nothing: its pass over the pixels is the score). Beside it stands what one more
-captured view costs: FisherRF computes the information of every captured view at every selection, a network encodes a
-photograph once. Networks have random weights, which take the same time as trained ones, and five references.
+For each length of the images' longer side it prints the time per candidate, rendering included, and its ratio to
+FisherRF's (which renders nothing: its pass over the pixels is the score). Beside it stands what one captured view
+costs: FisherRF computes the information of every captured view at every selection, a network encodes a photograph once.
+Networks have random weights, which take the same time as trained ones, and five references.
 
 Times are of the process's CPU, medians over interleaved rounds; compare columns of one run only.
 """
@@ -27,6 +27,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 import numpy as np  # noqa: E402
 import torch  # noqa: E402
 
+from avs import selectors  # noqa: E402
 from avs.cameras import Cameras, look_at  # noqa: E402
 from avs.representations.gaussians.initialization import PointCloud  # noqa: E402
 from avs.representations.gaussians.ply import read_ply  # noqa: E402
@@ -37,10 +38,11 @@ from avs.scene import read_scene  # noqa: E402
 from avs.scorer.network import build_network  # noqa: E402
 from avs.scorer.scoring import CrossReferenceScorer  # noqa: E402
 from avs.scorer.settings import DINOv2Settings, RepViTSettings  # noqa: E402
-from avs.selectors.fisher import information_gain  # noqa: E402
+from avs.selectors.base import Resources, State  # noqa: E402
+from avs.views import Views  # noqa: E402
 
 NETWORKS = {"RepViT": RepViTSettings(), "DINOv2": DINOv2Settings()}
-GAUSSIANS, REFERENCES, REGULARISATION = 6000, 5, 1e-6
+GAUSSIANS, REFERENCES = 6000, 5
 
 
 def random_scene():
@@ -78,58 +80,78 @@ def seconds(work):
 
 
 def measure(cameras, representation, side, count, repeats):
-    """Print one image size's rows: first all networks, then FisherRF, in milliseconds."""
+    """Print one image size's rows: the networks, then FisherRF, in milliseconds."""
     ratio = side / cameras.sizes.max()
     scaled = cameras.resized(np.round(cameras.sizes * ratio).astype(np.int64))
     candidates, captured = scaled[np.arange(count)], scaled[np.arange(count, count + REFERENCES)]
     photographs = representation.render(captured).rgb
     renderings = representation.render(candidates).rgb
-    captured_information = sum(d.astype(np.float64) for d in representation.fisher_diagonal(captured, "once"))
+    views = Views(captured, tuple((255 * photographs.clip(0, 1)).astype(np.uint8)))
+    method = selectors.find("fisherrf").method
+    fisher = method.build(method.settings(), Resources())
 
-    def fisher(views):
-        for diagonal in representation.fisher_diagonal(views, "once"):
-            information_gain(diagonal, captured_information, REGULARISATION)
+    def select(number):
+        fisher.select(State(representation, views, candidates[np.arange(number)], np.random.default_rng(0), 0), 1)
 
     works = {
-        ("render", "candidate"): (lambda: representation.render(candidates), count),
-        ("FisherRF", "candidate"): (lambda: fisher(candidates), count),
-        ("FisherRF", "captured"): (lambda: fisher(captured), REFERENCES),
+        ("render", "candidates"): lambda: representation.render(candidates),
+        ("FisherRF", "all"): lambda: select(count),
+        ("FisherRF", "one"): lambda: select(1),
     }
     for label, settings in NETWORKS.items():
         scorer = CrossReferenceScorer(build_network(settings, 0), ResizeSettings(pixels=side))
-        tokens = scorer.encode(photographs)
-        pixels = resized(to_tensor(renderings), scorer.resize)
-
-        def score(scorer=scorer, tokens=tokens):
-            scorer.score(renderings, [tokens] * count)
-
-        def encode(scorer=scorer):
-            scorer.encode(photographs)
-
-        def backbone(scorer=scorer, pixels=pixels):
-            with torch.inference_mode():
-                for batch in pixels.split(scorer.batch):
-                    scorer.network.encode(batch)
-
-        works[label, "candidate"] = (score, count)
-        works[label, "captured"] = (encode, REFERENCES)
-        works[label, "backbone"] = (backbone, count)
-    for work, _ in works.values():
+        pixels = resized(to_tensor(renderings), scorer.resize).contiguous(memory_format=torch.channels_last)
+        works |= network_works(label, scorer, renderings, photographs, pixels)
+    for work in works.values():
         work()  # compiles and allocates
-    rounds = [{key: seconds(work) / number for key, (work, number) in works.items()} for _ in range(repeats)]
-    median = {key: 1e3 * float(np.median([each[key] for each in rounds])) for key in works}
+    rounds = [per_view({key: seconds(work) for key, work in works.items()}, count) for _ in range(repeats)]
+    median = {key: 1e3 * float(np.median([each[key] for each in rounds])) for key in rounds[0]}
     width, height = scaled.sizes[0]
     for label in (*NETWORKS, "FisherRF"):
-        rendering = 0.0 if label == "FisherRF" else median["render", "candidate"]
-        total = rendering + median[label, "candidate"]
-        spread = np.percentile([r[label, "candidate"] / r["FisherRF", "candidate"] for r in rounds], [0, 100])
+        ratios = [each[label, "candidate"] / each["FisherRF", "candidate"] for each in rounds]
         print(
-            f"{width}x{height}  {label:8}  render {rendering:6.1f}  score {median[label, 'candidate']:7.1f}"
-            f"  (backbone {median.get((label, 'backbone'), 0.0):6.1f})  sum {total:7.1f} ms per candidate,"
-            f" {total / median['FisherRF', 'candidate']:5.2f} of FisherRF's"
-            f"  [scores alone {spread[0]:.2f} to {spread[1]:.2f}]; captured view {median[label, 'captured']:6.1f} ms",
+            f"{width}x{height}  {label:8}  {median[label, 'candidate']:7.1f} ms per candidate"
+            f" (backbone {median.get((label, 'backbone'), 0.0):6.1f}),"
+            f" {np.median(ratios):5.2f} [{min(ratios):.2f} to {max(ratios):.2f}] of FisherRF's;"
+            f" captured view {median[label, 'captured']:6.1f} ms",
             flush=True,
         )
+    print(
+        f"{width}x{height}  rendering {median['render', 'candidate']:7.1f} ms, part of the networks' times", flush=True
+    )
+
+
+def network_works(label, scorer, renderings, photographs, pixels):
+    """Return what is timed of one network."""
+    read = scorer.encode(photographs)
+
+    def backbone():
+        with torch.inference_mode():
+            for batch in pixels.split(scorer.batch):
+                scorer.network.encode(batch)
+
+    return {
+        (label, "score"): lambda: scorer.score(renderings, [read] * len(renderings)),
+        (label, "encode"): lambda: scorer.encode(photographs),
+        (label, "backbone"): backbone,
+    }
+
+
+def per_view(times, count):
+    """Return one round's seconds for one candidate and for one captured view."""
+    rendering = times["render", "candidates"] / count
+    candidate = (times["FisherRF", "all"] - times["FisherRF", "one"]) / (count - 1)
+    captured = (times["FisherRF", "one"] - candidate) / REFERENCES
+    found = {
+        ("render", "candidate"): rendering,
+        ("FisherRF", "candidate"): candidate,
+        ("FisherRF", "captured"): captured,
+    }
+    for label in NETWORKS:
+        found[label, "candidate"] = rendering + times[label, "score"] / count
+        found[label, "backbone"] = times[label, "backbone"] / count
+        found[label, "captured"] = times[label, "encode"] / REFERENCES
+    return found
 
 
 def main() -> None:
@@ -137,7 +159,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("paths", nargs="*", type=Path, metavar="SCENE SPLATS")
     parser.add_argument("--sides", nargs="+", type=int, default=[160, 320, 518])
-    parser.add_argument("--candidates", type=int, default=8)
+    parser.add_argument("--candidates", type=int, default=8, help="at least 2")
     parser.add_argument("--repeats", type=int, default=3)
     arguments = parser.parse_args()
     torch.set_num_threads(1)
