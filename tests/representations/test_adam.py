@@ -47,3 +47,12 @@ def test_the_torch_path_of_other_devices_equals_the_kernel(monkeypatch):
             optimizer.step()
         results.append(parameter.detach().numpy())
     np.testing.assert_allclose(*results, rtol=0, atol=tolerances.ADAM_STEPS)
+
+
+def test_a_parameter_that_lost_its_rows_is_left_alone():
+    optimizer = Adam(torch.nn.Parameter(torch.zeros(2, 3)), 0.01, 1e-15)
+    parameter = torch.nn.Parameter(torch.zeros(0, 3))
+    parameter.grad = torch.zeros(0, 3)
+    optimizer.param_groups[0]["params"] = [parameter]
+    optimizer.step()
+    assert parameter not in optimizer.state

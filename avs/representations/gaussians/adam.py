@@ -54,10 +54,10 @@ class Adam(torch.optim.Optimizer):
 
     @torch.no_grad()
     def step(self, closure: Callable[[], float] | None = None) -> None:  # type: ignore[override]
-        """Update the parameter by its gradient; a parameter without gradient stays as it is."""
+        """Update the parameter by its gradient; without gradient or without rows it stays as it is."""
         group = self.param_groups[0]
         parameter: Parameter = group["params"][0]
-        if parameter.grad is None:
+        if parameter.grad is None or not len(parameter):
             return
         state = self.state[parameter]
         if not state:
