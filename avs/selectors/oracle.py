@@ -55,7 +55,8 @@ class GainOracle:
         truth, settings = hidden(state), self._settings
         rows = sample(state.rng, len(state.candidates), max(k, settings.candidates))
         scores, scored = np.zeros(len(state.candidates)), np.zeros(len(state.candidates), dtype=bool)
-        captured, chosen = state.captured, []
+        captured = state.captured
+        chosen: list[int] = []
         for _ in range(k):
             left = np.setdiff1d(rows, chosen)
             found = gains(
@@ -63,7 +64,7 @@ class GainOracle:
             )
             if not chosen:
                 scores[left], scored[left] = found, True
-            chosen.append(left[choose(found, 1, higher_is_worse=True)[0]])
+            chosen.append(int(left[choose(found, 1, higher_is_worse=True)[0]]))
             captured = captured.extended(truth.candidates[chosen[-1:]])
         return Selection(np.array(chosen, dtype=np.int64), scores, scored=scored)
 

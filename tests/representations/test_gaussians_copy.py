@@ -5,23 +5,30 @@ import pytest
 import torch
 from factories import ring
 
+from avs import selectors
 from avs.representations.base import Copyable
 from avs.representations.gaussians.initialization import PointCloud
-from avs.representations.gaussians.settings import Densification, GaussianSettings
+from avs.representations.gaussians.settings import Densification, GaussianSettings, InitialPoints
 from avs.representations.gaussians.splats import GaussianSplats
+from avs.selectors.base import Resources
 from avs.views import Views
 
 # Splits draw from the generator in the steps after the copy, too.
-DENSIFICATION = Densification(start=5, every=10, until=100, gradient_threshold=1e-5, opacity_reset_every=25)
+DENSIFICATION = Densification(start=5, every=10, until=100, prune_scale=10.0, max_gaussians=90)
 SETTINGS = GaussianSettings(iterations=100, sh_degree=1, sh_increase_every=10, densification=DENSIFICATION)
 
 
-@pytest.fixture
-def fitted():
+@pytest.fixture(params=["plain", "extended"])
+def fitted(request):
     rng = np.random.default_rng(0)
     cameras = ring(5, size=(32, 24))
-    views = Views(cameras, tuple(rng.integers(0, 256, (24, 32, 3), dtype=np.uint8) for _ in range(5)))
-    splats = GaussianSplats(PointCloud(rng.normal(size=(40, 3)), rng.random((40, 3))), 1.0, SETTINGS, rng, "cpu")
+    cloud = PointCloud(rng.normal(size=(40, 3)) * 0.7, rng.random((40, 3)))
+    scene = GaussianSplats(cloud, 1.0, GaussianSettings(points=InitialPoints(opacity=0.9)), rng, "cpu")
+    views = Views(cameras, tuple(np.round(image * 255).astype(np.uint8) for image in scene.render(cameras).rgb))
+    splats = GaussianSplats(cloud, 1.0, SETTINGS, rng, "cpu")
+    if request.param == "extended":
+        method = selectors.find("activenerf").method
+        method.build(method.settings(), Resources()).prepare(splats)
     splats.fit(views, 17)
     return splats, views
 
