@@ -15,6 +15,9 @@ from avs.scorer.backbones import fused
 from avs.scorer.network import CrossReferenceNetwork
 from avs.scorer.settings import Precision
 
+_CACHED_TOKENS = 4096
+"""Reference tokens that a CPU decodes at once: more leave its cache, which makes it a sixth slower at 518 px."""
+
 
 class CrossReferenceScorer:
     """Scores images against photographs of other views of the same scene."""
@@ -73,8 +76,12 @@ class CrossReferenceScorer:
             raise ValueError("each image needs a list of at least one reference image")
         predicted = []
         for rows, queries in self._tokens(images):
-            memory, absent = _joined([torch.cat(list(references[row])) for row in rows])
-            predicted.append(self.network.predict(queries, memory, absent).float().cpu().numpy())
+            joined = [torch.cat(list(references[row])) for row in rows]
+            together = len(rows) if self.device != "cpu" else max(1, _CACHED_TOKENS // len(joined[0]))
+            for start in range(0, len(rows), together):
+                part = slice(start, start + together)
+                values = self.network.predict(queries[part], *_stacked(joined[part]))
+                predicted.append(values.float().cpu().numpy())
         return np.concatenate(predicted)
 
     def score(self, images: Pixels, references: Sequence[Sequence[Tensor]]) -> npt.NDArray[np.float64]:
@@ -90,7 +97,7 @@ class CrossReferenceScorer:
             yield rows, self.network.encode(batch.contiguous(memory_format=torch.channels_last))
 
 
-def _joined(references: list[Tensor]) -> tuple[Tensor, Tensor | None]:
+def _stacked(references: list[Tensor]) -> tuple[Tensor, Tensor | None]:
     """Stack token lists ``[t, channels]``; where lengths differ, fill up and return which tokens are absent."""
     lengths = torch.tensor([len(tokens) for tokens in references], device=references[0].device)
     memory = pad_sequence(references, batch_first=True)
