@@ -1,8 +1,8 @@
 """Rendered variance: each Gaussian's variance blended with the square of its weight, as ActiveNeRF has it.
 
 A pixel's colour is C = sum_i w_i c_i. Where the c_i are independent and have variances beta_i, C has the variance
-V = sum_i w_i^2 beta_i (arXiv 2209.08546). On the CPU the variances are one more channel of the blending kernels, so that
-V and its gradients come with the colours in one pass; on CUDA it is put together from gsplat's lists of blended
+V = sum_i w_i^2 beta_i (arXiv 2209.08546). On the CPU the variances are one more channel of the blending kernels, so
+that V and its gradients come with the colours in one pass; on CUDA it is put together from gsplat's lists of blended
 Gaussians, see ``variance_gsplat.py``.
 """
 
