@@ -26,7 +26,7 @@ STATISTICS = {"spearman": spearman, "kendall": kendall}
 SETTINGS: dict[Target, str] = {"ssim": "image_every", "psnr": "image_every", "gain": "gain_every"}
 """The truths by identifier, and the setting of ``protocol.truth`` that has them measured."""
 
-_NAMES: dict[Target, str] = {"ssim": "true SSIM", "psnr": "true PSNR", "gain": "gain"}
+_NAMES: dict[Target, str] = {"ssim": "SSIM", "psnr": "PSNR", "gain": "gain"}
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ COLUMNS = tuple(
             higher_is_better=True,
             decimals=2,
             unit="",
-            description=f"rank correlation of a method's scores and the {_NAMES[target]}",
+            description=f"rank correlation of a method's scores and the true {_NAMES[target]}",
         ),
     )
     for target in SETTINGS

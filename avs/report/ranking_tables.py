@@ -102,8 +102,13 @@ def _gain(ranking: Ranking) -> list[str]:
         return []
     return [
         f"gain: {truth['gain_candidates']} random candidates at one in {truth['gain_every']} selections, from the "
-        f"first on; a copy fitted with the candidate against a copy fitted without it, {truth['gain_passes']} passes"
+        f"first on; a copy fitted with the candidate against a copy fitted without it, until each view was used "
+        f"{_times(truth['gain_passes'])}"
     ]
+
+
+def _times(number: int) -> str:
+    return "once" if number == 1 else f"{number} times"
 
 
 def _left_out(reasons: Mapping[str, int]) -> list[str]:

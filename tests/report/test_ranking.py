@@ -109,7 +109,7 @@ def test_selections_without_order_are_left_out_and_counted(episode, table):
     row = rows["random", "ssim", "spearman"]
     assert (row["mean"], row["steps"]) == ("0.8000", "1")
     assert row["note"] == "1 selection left out, all values are equal; 1 selection left out, fewer than 3 candidates"
-    assert "- Random, true SSIM, Spearman: 1 selection left out, all values are equal\n" in markdown
+    assert "- Random, SSIM, Spearman: 1 selection left out, all values are equal\n" in markdown
 
 
 @pytest.mark.parametrize(
@@ -151,6 +151,7 @@ def test_the_way_the_gain_was_measured_is_told(episode, table):
     one = episode("random")
     _, markdown, _ = table([one.model_copy(update={"protocol": one.protocol | {"truth": truth}})], ["random"])
     assert "- gain: 8 random candidates at one in 5 selections" in markdown
+    assert "used 2 times\n" in markdown
 
 
 def test_equal_records_give_equal_bytes_in_any_order(episode, written, tmp_path):
