@@ -11,7 +11,7 @@ from avs.scorer.backbones import RepViT
 from avs.scorer.checkpoint import load_network
 from avs.scorer.distortions import write_distortions
 from avs.scorer.network import build_network
-from avs.scorer.settings import ScorerSettings, TrainingSettings
+from avs.scorer.settings import DINOv2Settings, ScorerSettings, TrainingSettings
 from avs.scorer.training import train
 from avs.weights.cache import VARIABLE
 
@@ -105,6 +105,17 @@ def test_pretrained_backbone_is_frozen_as_it_is(paths, tmp_path, monkeypatch):
     trained = load_network(weights).backbone.state_dict()
     assert all(torch.equal(trained[key], backbone[key]) for key in backbone)
     assert json.loads(card.read_text())["backbone_weights"]["file"] == path.name
+
+
+def test_dinov2_is_trained_by_the_same_code(paths, tmp_path):
+    settings = _settings(steps=6, evaluations=2, learning_rate=2e-4).model_copy(update={"network": DINOv2Settings()})
+    weights, card, _ = _train(paths, tmp_path / "dinov2", settings)
+    network = load_network(weights, backbone="vit_small_patch14_dinov2")
+    scales = [value for key, value in network.backbone.state_dict().items() if key.endswith("gamma")]
+    assert len(scales) == 24
+    assert all((value == 1).all() for value in scales)
+    errors = [point["training"] for point in json.loads(card.read_text())["mean_absolute_error"]]
+    assert errors[-1] < errors[0]
 
 
 def test_held_out_scene_must_be_another(paths, tmp_path):
