@@ -75,7 +75,7 @@ class InformationSelector:
         settings = self._settings
         seeds = state.rng.integers(2**32, size=(2, max(len(state.captured), len(state.candidates)))).tolist()
         views = self._information(state.representation, state.captured.cameras, settings.captured_probes, seeds[0])
-        candidates = _Candidates(
+        candidates = Candidates(
             lambda rows: self._information(
                 state.representation, state.candidates[rows], settings.probes, [seeds[1][row] for row in rows]
             ),
@@ -97,7 +97,7 @@ class InformationSelector:
         return estimating.fisher_probes(cameras, settings.chain, settings.parameters, probes, seeds[: len(cameras)])
 
 
-class _Candidates:
+class Candidates:
     """The information of candidates by row; some of it is kept, the rest computed whenever it is asked for."""
 
     def __init__(self, compute: Callable[[Sequence[int]], Iterator[FisherInformation]], room: int) -> None:
@@ -131,7 +131,7 @@ def total(information: Iterator[FisherInformation]) -> npt.NDArray[np.float64]:
 
 
 def choose_greedily(
-    candidates: _Candidates, count: int, captured: npt.NDArray[np.float64], k: int, gain: Gain, regularisation: float
+    candidates: Candidates, count: int, captured: npt.NDArray[np.float64], k: int, gain: Gain, regularisation: float
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
     """Return ``k`` candidates of the largest gain, each added to ``captured`` before the next, and the first scores.
 
