@@ -37,7 +37,7 @@ def test_every_scale_follows_the_schema(path):
         ({"selectors": {"fisherrf": {"lam": 1}}}, r"selectors\.fisherrf\.lam: .*settings of this method: chain"),
         ({"distortions": None}, "configuration: .*scorers need the section distortions"),
         ({"scorers": {"dinov2": {}}}, "configuration: .*backbone must be vit_small_patch14_dinov2"),
-        ({"scorers": {}}, "method ours-repvit: needs the scorer repvit, which the configuration does not train"),
+        ({"scorers": {}}, "method ours-dinov2: needs the scorer dinov2, which the configuration does not train"),
     ],
 )
 def test_a_fault_is_one_line(change, line):
