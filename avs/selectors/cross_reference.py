@@ -13,7 +13,7 @@ from pydantic import Field, PositiveInt
 
 from avs.errors import UserError
 from avs.resizing import ResizeSettings
-from avs.scorer.settings import BACKBONE_OF, Precision, ReferenceSettings
+from avs.scorer.settings import BACKBONE_OF, PUBLISHED, Precision, ReferenceSettings
 from avs.selectors.base import Method, Resources, Selection, Settings, State, choose, render_candidates
 
 if TYPE_CHECKING:
@@ -41,40 +41,18 @@ class CrossReferenceSettings(Settings):
 class CrossReferenceSelector:
     """Lowest predicted SSIM, the plain mean of the predicted map.
 
-    A captured photograph is encoded once in an episode: its tokens are kept under a digest of its pixels, so nothing
-    goes wrong when an episode begins anew.
+    A captured photograph is encoded once in an episode: what the network reads of it is kept under a digest of its
+    pixels, so nothing goes wrong when an episode begins anew.
+
+    Attributes:
+        notes: what a reader of its results should know.
     """
 
     def __init__(
-        self,
-        settings: CrossReferenceSettings,
-        resources: Resources,
-        scorer: CrossReferenceScorer | None = None,
-        backbone: str | None = None,
+        self, settings: CrossReferenceSettings, scorer: CrossReferenceScorer, notes: tuple[str, ...] = ()
     ) -> None:
-        """Load the scorer from ``resources.weights``, unless one is given.
-
-        Args:
-            settings: of the method.
-            resources: the weights and the device.
-            scorer: use this one.
-            backbone: the image encoder that the weights must belong to; None for any.
-
-        Raises:
-            UserError: the weights are missing, damaged, or of another architecture.
-        """
-        if scorer is None:
-            from avs.scorer.checkpoint import load_network
-            from avs.scorer.scoring import CrossReferenceScorer
-
-            if resources.weights is None:
-                raise UserError(
-                    "cross-reference selector", "has no weights", "train its scorer and pass its checkpoint"
-                )
-            network = load_network(resources.weights, backbone)
-            scorer = CrossReferenceScorer(
-                network, settings.resize, settings.batch, resources.device, settings.precision
-            )
+        """Select with a scorer."""
+        self.notes = notes
         self._settings = settings
         self._scorer = scorer
         self._tokens: dict[bytes, Tensor] = {}
@@ -125,6 +103,28 @@ def _digest(image: Image) -> bytes:
     return hashlib.blake2b(repr(image.shape).encode() + image.tobytes(), digest_size=16).digest()
 
 
+def _build(name: str, label: str, settings: CrossReferenceSettings, resources: Resources) -> CrossReferenceSelector:
+    """Return a selector with the weights of the scorer ``name``, from ``resources.weights``.
+
+    Raises:
+        UserError: the weights are missing, damaged, or of another architecture.
+    """
+    from avs.scorer.checkpoint import load_network
+    from avs.scorer.crossscore import is_archive
+    from avs.scorer.scoring import CrossReferenceScorer
+
+    path = resources.weights
+    if path is None:
+        raise UserError(label, "has no weights", "train its scorer and pass its checkpoint")
+    network = load_network(path, BACKBONE_OF[name])
+    scorer = CrossReferenceScorer(network, settings.resize, settings.batch, resources.device, settings.precision)
+    published = PUBLISHED.get(name)
+    if published is None or is_archive(path):
+        return CrossReferenceSelector(settings, scorer)
+    note = f"{label}: weights trained by this run, not the published ones (python -m avs weights fetch {published})"
+    return CrossReferenceSelector(settings, scorer, (note,))
+
+
 METHODS = {
     "ours-repvit": Method(
         label="Ours-RepViT",
@@ -135,7 +135,7 @@ METHODS = {
             "five photographs those there are serve, where CrossScore adds black images (option pad)."
         ),
         higher_is_worse=False,
-        build=partial(CrossReferenceSelector, backbone=BACKBONE_OF["repvit"]),
+        build=partial(_build, "repvit", "Ours-RepViT"),
         settings=CrossReferenceSettings,
         scorer="repvit",
     ),
@@ -148,7 +148,7 @@ METHODS = {
             "photographs as Ours-RepViT; the long side is resized, as the paper says, where CrossScore takes the short."
         ),
         higher_is_worse=False,
-        build=partial(CrossReferenceSelector, backbone=BACKBONE_OF["dinov2"]),
+        build=partial(_build, "dinov2", "Ours-DINOv2"),
         settings=CrossReferenceSettings,
         scorer="dinov2",
     ),

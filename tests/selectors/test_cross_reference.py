@@ -61,7 +61,7 @@ def make_state(captured=6, greys=(0.5, 0.2, 0.9, 0.2, 0.7), sizes=None, seed=0):
 
 
 def make_selector(scorer, **settings):
-    return CrossReferenceSelector(CrossReferenceSettings(**settings), Resources(), scorer)
+    return CrossReferenceSelector(CrossReferenceSettings(**settings), scorer)
 
 
 @pytest.mark.parametrize("batch", [1, 2, 8])
@@ -133,9 +133,20 @@ def test_method_needs_weights(identifier, scorer):
 def test_method_refuses_the_weights_of_the_other(tmp_path):
     path = tmp_path / "weights.safetensors"
     save_network(path, build_network(RepViTSettings(), seed=0))
-    selectors.find("ours-repvit").method.build(CrossReferenceSettings(), Resources(path))
+    selector = selectors.find("ours-repvit").method.build(CrossReferenceSettings(), Resources(path))
+    assert selector.notes == ()
     with pytest.raises(UserError, match="holds a network on repvit_m0_9, where vit_small_patch14_dinov2 is needed"):
         selectors.find("ours-dinov2").method.build(CrossReferenceSettings(), Resources(path))
+
+
+def test_a_note_says_that_weights_are_not_the_published_ones(tmp_path):
+    path = tmp_path / "weights.safetensors"
+    save_network(path, build_network(DINOv2Settings(), seed=0))
+    selector = selectors.find("ours-dinov2").method.build(CrossReferenceSettings(), Resources(path))
+    (note,) = selector.notes
+    assert note == (
+        "Ours-DINOv2: weights trained by this run, not the published ones (python -m avs weights fetch crossscore)"
+    )
 
 
 def test_published_weights_are_used_where_they_are(tmp_path, monkeypatch):
