@@ -23,6 +23,11 @@ if TYPE_CHECKING:
     from avs.quality.metrics import Score
 
 
+# On a CPU so many pixels are scored at once. Their intermediate images stay in the cache: eight images of 518x345 take
+# a third longer in one pass than two by two, but eight of 192x128 half as long as one by one.
+_PIXELS = 400_000
+
+
 @dataclass(frozen=True)
 class _Metric:
     """One metric of pyiqa.
@@ -147,7 +152,9 @@ class NoReferenceSelector:
         with torch.inference_mode():
             # antialiased bilinear resizing can leave 0..1 by a rounding error, which pyiqa refuses
             batch = resized(to_tensor(images, self._device), self._settings.resize).clamp(0.0, 1.0)
-            scores: npt.NDArray[np.float64] = self._score(batch).double().cpu().numpy()
+            count = len(batch) if self._device != "cpu" else max(1, _PIXELS // (batch.shape[-2] * batch.shape[-1]))
+            parts = [self._score(part).double().cpu() for part in torch.split(batch, count)]
+        scores: npt.NDArray[np.float64] = torch.cat(parts).numpy()
         if self._metric.nothing is not None:
             scores[np.isnan(scores)] = self._metric.nothing
         if not np.isfinite(scores).all():

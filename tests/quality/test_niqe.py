@@ -1,5 +1,7 @@
 """NIQE: the same as pyiqa's with its published parameters; the fit, and files that are something else."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import safetensors.torch
@@ -8,7 +10,7 @@ from skimage import data
 from avs.compatibility import prepare_torchvision
 from avs.errors import UserError
 from avs.quality.niqe import NIQE, Gaussian, local_statistics, luminance, patch_features, read_published
-from avs.quality.niqe_fit import fit, patch_sharpness, read_refitted, sharp_features, write_refitted
+from avs.quality.niqe_fit import fit, fit_scenes, patch_sharpness, read_refitted, sharp_features, write_refitted
 from avs.quality.settings import FitSettings, RefitSettings
 from avs.resizing import ResizeSettings
 from tests.tolerances import LOCAL_DEVIATION, LOCAL_MEAN, NIQE_PYIQA
@@ -143,3 +145,26 @@ def test_parameters_of_a_wrong_shape_are_refused(tmp_path):
     with pytest.raises(UserError, match="not finite"):
         read_published(path)
     assert Gaussian(np.zeros(36), np.eye(36)).patch == 96
+
+
+def test_fit_of_a_scene_is_that_of_its_photographs(tmp_path, monkeypatch):
+    photographs = tuple(data.chelsea()[:96, 32 * start : 32 * start + 96] for start in range(8))
+    scene = SimpleNamespace(name="cat", content_hash="0", names=range(8), views=lambda rows: Photographs(photographs))
+    monkeypatch.setattr("avs.quality.niqe_fit.read_scene", lambda folder: scene)
+    settings = FitSettings(resize=ResizeSettings(pixels=96), refit=RefitSettings(patch=32, sharpness=0.2))
+    lines = []
+    fit_scenes([tmp_path], settings, tmp_path / "niqe.safetensors", lines.append)
+    back = read_refitted(tmp_path / "niqe.safetensors")
+    features = np.concatenate([sharp_features(image[None], settings) for image in photographs])
+    np.testing.assert_array_equal(back.gaussian.mean, features.mean(axis=0))
+    assert back.settings == settings
+    assert back.photographs == 8
+    assert lines == [f"cat: 8 photographs, {len(features)} sharp patches so far"]
+
+
+class Photographs(tuple):
+    """Photographs as ``Views`` holds them, without cameras."""
+
+    @property
+    def images(self):
+        return self

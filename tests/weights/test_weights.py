@@ -287,3 +287,19 @@ def test_state_dictionary_is_unwrapped(tmp_path):
     torch.save({"epoch": 3}, path)
     with pytest.raises(UserError, match="no dictionary of tensors"):
         read_state(path, "")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "line"),
+    [
+        (["list"], 0, ""),
+        (["check"], 0, ""),
+        (["check", "musiq"], 2, "error: weights musiq: damaged or absent; python -m avs weights fetch musiq"),
+        (["fetch", "musique"], 2, "error: weights 'musique': unknown; did you mean musiq?"),
+    ],
+)
+def test_commands_end_with_a_status_and_one_line(arguments, status, line):
+    words = [sys.executable, "-m", "avs", "weights", *arguments]
+    done = subprocess.run(words, check=False, capture_output=True, text=True)
+    assert done.returncode == status
+    assert done.stderr.strip() == line
