@@ -185,7 +185,10 @@ METHODS = {
     identifier: Method(
         label=metric.label,
         group="2D-based",
-        source=f"{metric.publication}, as pyiqa computes it, on the rendering resized as the settings say.",
+        source=(
+            f"{metric.publication}, as pyiqa computes it, on the rendering resized as the settings say."
+            + ("" if metric.nothing is None else f" A rendering with nothing to measure gets {metric.nothing:g}.")
+        ),
         higher_is_worse=metric.lower_better,
         build=functools.partial(NoReferenceSelector, metric),
         settings=NoReferenceSettings,
@@ -193,4 +196,11 @@ METHODS = {
     )
     for identifier, metric in _METRICS.items()
 }
-METHODS["niqe"] = replace(METHODS["niqe"], build=_build_niqe, settings=NIQESettings, fallback="niqe")
+_NIQE_SOURCE = " Where the published parameters are absent, they are fitted to the run's training scenes."
+METHODS["niqe"] = replace(
+    METHODS["niqe"],
+    source=METHODS["niqe"].source + _NIQE_SOURCE,
+    build=_build_niqe,
+    settings=NIQESettings,
+    fallback="niqe",
+)
