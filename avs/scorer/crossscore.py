@@ -6,6 +6,7 @@ and plain containers alone.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,10 @@ _REMEDY = "fetch the published checkpoint again"
 
 # Where Lightning keeps hyper-parameters as they were given; they are passed over, whatever their type.
 _PASSED_OVER = ("omegaconf.", "lightning.", "pytorch_lightning.", "lightning_fabric.", "typing.", "pathlib.")
-_PLAIN = ("builtins.dict", "builtins.list", "builtins.int", "builtins.float", "builtins.str", "collections.defaultdict")
+_PLAIN: dict[str, Callable[..., Any]] = {
+    **{f"builtins.{kind.__name__}": kind for kind in (dict, list, int, float, str, bool)},
+    "collections.defaultdict": lambda *_: {},  # torch fills plain dictionaries only
+}
 
 _NAMES = (
     ("backbone.embeddings.patch_embeddings.projection.", "backbone.patches."),
@@ -75,11 +79,12 @@ def read_crossscore(path: Path) -> CrossReferenceNetwork:
     return network
 
 
-class _PassedOver(dict[Any, Any]):
-    """Stands where a checkpoint names a class that is not needed; takes any state and keeps none."""
+class _PassedOver:
+    """Stands where a checkpoint names a class that is not needed; takes any arguments and any state, keeps none."""
 
-    def __init__(self, *_: object, **__: object) -> None:
-        super().__init__()
+    def __new__(cls, *_: object) -> _PassedOver:
+        """Return an empty object."""
+        return super().__new__(cls)
 
     def __setstate__(self, state: object) -> None:
         pass
@@ -90,7 +95,7 @@ def _tensors(path: Path) -> dict[str, Tensor]:
     try:
         foreign = torch.serialization.get_unsafe_globals_in_checkpoint(path)
         refused = [name for name in foreign if not name.startswith(_PASSED_OVER) and name not in _PLAIN]
-        with torch.serialization.safe_globals([(_PassedOver, name) for name in foreign if name not in refused]):
+        with torch.serialization.safe_globals([(_PLAIN.get(name, _PassedOver), name) for name in foreign]):
             content = None if refused else torch.load(path, map_location="cpu", weights_only=True)
     except Exception as error:  # torch raises many types for a damaged file
         first = str(error).split("\n", maxsplit=1)[0][:120] or type(error).__name__

@@ -1,6 +1,8 @@
 """CrossScore's checkpoint: its names of parameters, its architecture, and what is refused."""
 
+import collections
 import math
+import pathlib
 import pickle
 import sys
 import types
@@ -165,7 +167,8 @@ def test_hyper_parameters_of_other_libraries_are_passed_over(parts, tmp_path, mo
     module.DictConfig = DictConfig
     monkeypatch.setitem(sys.modules, "omegaconf", types.ModuleType("omegaconf"))
     monkeypatch.setitem(sys.modules, module.__name__, module)
-    values = content(parts, hyper_parameters=DictConfig())
+    others = [collections.defaultdict(list, a=[1]), pathlib.PurePosixPath("/data"), int, {"b": 2}]
+    values = content(parts, hyper_parameters=DictConfig(), others=others)
     values["state_dict"] = {key: torch.zeros(1).expand(value.shape) for key, value in values["state_dict"].items()}
     torch.save(values, tmp_path / "omegaconf.ckpt")
     monkeypatch.undo()
