@@ -44,7 +44,8 @@ def checkout_open_to_selectors(folder):
 def tiny():
     """Return the ci scale cut down to seconds."""
     values = yaml.safe_load((ROOT / "workflows" / "config" / "ci.yaml").read_text())
-    values |= {"scale": "tiny", "methods": list(METHODS), "scorers": {}, "selectors": {}, "seeds": [0], "runtime": None}
+    values |= {"scale": "tiny", "methods": list(METHODS), "scorers": {}, "selectors": {}, "protocols": {}}
+    values |= {"seeds": [0], "runtime": None}
     values["embedded"]["scenes"] = {"orbit": [0]}
     values["embedded"]["capture"] |= {"views": 16, "long_side": 48}
     values["protocol"] |= {"budget": 6, "additions": [4, 8], "iterations": 12}

@@ -2,6 +2,7 @@
 
 import csv
 import re
+import shutil
 import subprocess
 import sys
 
@@ -16,9 +17,11 @@ COMMANDS = re.findall(r"^```bash\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
 
 
 @pytest.fixture(scope="module")
-def followed(tmp_path_factory):
-    """A checkout in which the page has been followed, and the result of its workflow."""
+def followed(finished, tmp_path_factory):
+    """A finished run to which the methods of the page have been added."""
     folder = checkout_open_to_selectors(tmp_path_factory.mktemp("baselines"))
+    for name in ("results/tiny", ".snakemake"):
+        shutil.copytree(finished / name, folder / name)
     for name, text in BLOCKS.items():
         (folder / name).parent.mkdir(exist_ok=True)
         (folder / name).write_text(text)
