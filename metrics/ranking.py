@@ -69,7 +69,7 @@ def _checked(first: npt.ArrayLike, second: npt.ArrayLike) -> tuple[FloatArray, F
 
 def _undefined(first: FloatArray, second: FloatArray) -> str | None:
     if len(first) < FEWEST:
-        return f"fewer than {FEWEST} candidates"
+        return f"fewer than {FEWEST} candidates have both"
     if np.ptp(first) == 0.0 or np.ptp(second) == 0.0:
         return "all values are equal"
     return None

@@ -18,9 +18,10 @@ if TYPE_CHECKING:
 # print without colour. The paper's own methods are solid, thicker and in front.
 _OWN = "ours-"
 _OWN_COLOURS = ("#D55E00", "#000000")
-# Upper references: grey dots.
+# Upper references: grey, thin and behind, told apart by their dashes.
 _ORACLE = "oracle-"
-_ORACLE_COLOURS = ("#999999", "#555555", "#BBBBBB")
+_ORACLE_COLOURS = ("#888888", "#888888", "#333333")
+_ORACLE_DASHES = ((0, (1, 1)), (0, (4, 2)), (0, (2, 1)))
 _OTHER_COLOURS = ("#0072B2", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#777777")
 _DASHES = ((0, (5, 1.5)), (0, (1, 1.2)), (0, (4, 1.2, 1, 1.2)), (0, (8, 2)), (0, (3, 1, 1, 1, 1, 1)))
 
@@ -150,8 +151,9 @@ def _styles(methods: Sequence[str]) -> dict[str, dict[str, Any]]:
         colour = _OWN_COLOURS[index % len(_OWN_COLOURS)]
         styles[method] = {"color": colour, "linestyle": "-", "linewidth": 2.0, "zorder": 5}
     for index, method in enumerate(oracles):
-        colour = _ORACLE_COLOURS[index % len(_ORACLE_COLOURS)]
-        styles[method] = {"color": colour, "linestyle": ":", "linewidth": 1.4, "zorder": 2}
+        place = index % len(_ORACLE_COLOURS)
+        colour, dashes = _ORACLE_COLOURS[place], _ORACLE_DASHES[place]
+        styles[method] = {"color": colour, "linestyle": dashes, "linewidth": 1.0, "zorder": 2}
     for index, method in enumerate(others):
         # After one round the colours meet other dashes, because there is one colour more than dashes.
         colour, dashes = _OTHER_COLOURS[index % len(_OTHER_COLOURS)], _DASHES[index % len(_DASHES)]

@@ -89,9 +89,13 @@ def _caption(ranking: Ranking) -> list[str]:
 def _notes(ranking: Ranking) -> list[str]:
     lines = [*missing(ranking.table), *_gain(ranking)]
     for row in ranking.table.rows:
+        columns: dict[str, list[str]] = {}
         for column in COLUMNS:
-            left_out = _left_out(ranking.details[row.method, column.metric.identifier].left_out)
-            lines += [f"{row.label}, {column.metric.name}: {each}" for each in left_out]
+            for line in _left_out(ranking.details[row.method, column.metric.identifier].left_out):
+                columns.setdefault(line, []).append(column.metric.name)
+        for line, names in columns.items():
+            where = "" if len(names) == len(COLUMNS) else f" ({'; '.join(names)})"
+            lines.append(f"{row.label}{where}: {line}")
     return [*dict.fromkeys(lines), *oracle_note(ranking.table), *own_settings(ranking.table.episodes)]
 
 

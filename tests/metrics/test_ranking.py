@@ -53,8 +53,8 @@ def test_only_the_order_counts(correlation):
     [
         ([1.0, 1.0, 1.0], [1.0, 2.0, 3.0], "all values are equal"),
         ([1.0, 2.0, 3.0], [5.0, 5.0, 5.0], "all values are equal"),
-        ([1.0, 2.0], [1.0, 2.0], "fewer than 3 candidates"),
-        ([], [], "fewer than 3 candidates"),
+        ([1.0, 2.0], [1.0, 2.0], "fewer than 3 candidates have both"),
+        ([], [], "fewer than 3 candidates have both"),
     ],
 )
 def test_undefined_correlations_say_why(correlation, first, second, reason):

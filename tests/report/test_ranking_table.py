@@ -108,8 +108,13 @@ def test_selections_without_order_are_left_out_and_counted(episode, table):
     rows, markdown, _ = table([episode("random", higher_is_worse=False, steps=steps)], ["random"])
     row = rows["random", "ssim", "spearman"]
     assert (row["mean"], row["steps"]) == ("0.8000", "1")
-    assert row["note"] == "1 selection left out, all values are equal; 1 selection left out, fewer than 3 candidates"
-    assert "- Random, SSIM, Spearman: 1 selection left out, all values are equal\n" in markdown
+    assert (
+        row["note"]
+        == "1 selection left out, all values are equal; 1 selection left out, fewer than 3 candidates have both"
+    )
+    assert (
+        "- Random (SSIM, Spearman; SSIM, Kendall; PSNR, Spearman; PSNR, Kendall): 1 selection left out, all" in markdown
+    )
 
 
 @pytest.mark.parametrize(
