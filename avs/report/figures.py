@@ -152,8 +152,8 @@ def _styles(methods: Sequence[str]) -> dict[str, dict[str, Any]]:
         styles[method] = {"color": colour, "linestyle": "-", "linewidth": 2.0, "zorder": 5}
     for index, method in enumerate(oracles):
         place = index % len(_ORACLE_COLOURS)
-        colour, dashes = _ORACLE_COLOURS[place], _ORACLE_DASHES[place]
-        styles[method] = {"color": colour, "linestyle": dashes, "linewidth": 1.0, "zorder": 2}
+        line = {"color": _ORACLE_COLOURS[place], "linestyle": _ORACLE_DASHES[place]}
+        styles[method] = {**line, "linewidth": 1.0, "zorder": 2}
     for index, method in enumerate(others):
         # After one round the colours meet other dashes, because there is one colour more than dashes.
         colour, dashes = _OTHER_COLOURS[index % len(_OTHER_COLOURS)], _DASHES[index % len(_DASHES)]
