@@ -19,7 +19,7 @@ from avs.representations.base import Representation
 from avs.sampling import initial_views
 from avs.scene import Scene
 from avs.selectors.base import HasNotes, PreparesRepresentation, Selection, Selector, State, Truth, check_selection
-from avs.truth import is_measured, measure_truth
+from avs.selectors.truth import is_measured, measure_truth
 from avs.views import Views
 
 Builder = Callable[[IndexArray], Representation]

@@ -99,6 +99,6 @@ BLENDING_WEIGHTS = 1e-4
 # avs/selectors/gauss_mi.py: evidence, weights and a rendered image in float32; relative.
 GAUSS_MI = 1e-4
 
-# avs/selectors: the same image at two places of one batch, where float32 sums run in another order. Measured 3e-11 in the
-# mean of a network's map, and 3e-5 in BRISQUE, whose features of a smooth image divide by small variances.
+# avs/selectors: the same image at two places of one batch, where float32 sums run in another order. Measured 3e-11 in
+# the mean of a network's map, and 3e-5 in BRISQUE, whose features of a smooth image divide by small variances.
 SAME_IMAGE_IN_A_BATCH = 1e-4

@@ -10,7 +10,7 @@ from pydantic import Field, PositiveInt
 
 from avs.representations.base import Copyable, capability
 from avs.selectors.base import ORACLE, Method, Resources, Selection, Settings, State, choose
-from avs.truth import ImageMetric, gains, hidden, sample, true_metrics
+from avs.selectors.truth import ImageMetric, gains, hidden, sample, true_metrics
 
 
 class ImageOracle:

@@ -13,7 +13,7 @@ from avs.representations.gaussians.settings import Densification, GaussianSettin
 from avs.representations.gaussians.splats import GaussianSplats, build
 from avs.selectors.base import Resources, Settings, State, Truth
 from avs.selectors.farthest import FarthestSelector
-from avs.truth import gains, hidden, sample, true_metrics
+from avs.selectors.truth import gains, hidden, sample, true_metrics
 from avs.views import Views
 from metrics.image import ssim
 from tests import tolerances
