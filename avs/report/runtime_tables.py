@@ -123,4 +123,5 @@ def _notes(runtime: RuntimeTable) -> list[str]:
             "paper: on the scene Garden of Mip-NeRF360 with an NVIDIA 4090; with other images and another number of "
             "Gaussians on another machine, so that no difference to it is printed"
         )
-    return [*lines, *oracle_note(runtime.table)]
+    lines += [note for episode in runtime.table.episodes.all for note in episode.notes]
+    return [*dict.fromkeys(lines), *oracle_note(runtime.table)]
