@@ -11,8 +11,9 @@ from tolerances import RASTER_GRADIENT, RASTER_IMAGE, VARIANCE_REDUCTION
 from avs.cameras import Cameras
 from avs.representations.base import VarianceReduction
 from avs.representations.gaussians import variance_gsplat
+from avs.representations.gaussians.compositing import composite
 from avs.representations.gaussians.rasterizer import rasterization
-from avs.representations.gaussians.variance import rasterization_with_variance, variance_reductions
+from avs.representations.gaussians.variance import PLAIN, rasterization_with_variance, variance_reductions
 
 NAMES = ("means", "quats", "scales", "opacities", "colors", "variances")
 DEGREE = 1
@@ -187,6 +188,31 @@ def test_reduction(attenuated, monkeypatch):
         found = variance_reductions(parameters, tensors[5].float(), cams, attenuated, rule)
         assert found.shape == (1,)
         assert found[0] == pytest.approx(expected, rel=VARIANCE_REDUCTION), rule
+
+
+def test_pixels_that_a_gaussian_does_not_touch():
+    """Beside a pixel that it touches lies one whose exponent of -2176 the kernels' exponential takes to -infinity."""
+    steep = np.float32(272 * np.log(2))
+    for _ in range(4):
+        steep = np.nextafter(steep, np.float32(0))
+    for _ in range(8):
+        leaf = torch.ones(1, requires_grad=True)
+        variance, _ = composite(
+            torch.full((1, 1, 2), 0.5), torch.tensor([[[float(steep), 0.0, 1.0]]]), leaf, torch.ones(1, 1, 1),
+            torch.ones(1, 1), torch.full((1, 1, 2), 8, dtype=torch.int32), None, 8, 8, False, False, squares=PLAIN,
+        )  # fmt: skip
+        variance.sum().backward()
+        assert torch.isfinite(variance).all()
+        assert torch.isfinite(leaf.grad).all()
+        steep = np.nextafter(steep, np.float32(1e9))
+
+
+def test_reduction_where_there_is_no_variance():
+    _, parameters, _, _, cams = reduction_inputs(opaque=False)
+    few = {name: values[:9] for name, values in parameters.items()}
+    found = variance_reductions(few, torch.ones(9), cams, False, VarianceReduction(0.0, True, False))
+    assert np.isfinite(found).all()
+    assert found > 0
 
 
 def test_reduction_of_an_empty_view_is_the_constant():

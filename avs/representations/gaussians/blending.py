@@ -84,7 +84,8 @@ def _blend_tile(
                     store(pixels, at_pixel, fma(weight, flat[at + COLOR + c], load(pixels, at_pixel)))
                 for c in range(len(squares)):
                     at_pixel = base * planes + (len(channels) + c) * PIXELS + block * LANES
-                    own = weight * (1.0 - share * alpha)
+                    # where nothing is blended alpha may be anything, see exp2
+                    own = where(blended, weight * (1.0 - share * alpha), 0.0)
                     value = flat[at + COLOR + len(channels) + c]
                     store(pixels, at_pixel, fma(own * own, value, load(pixels, at_pixel)))
         if stopped:

@@ -239,7 +239,7 @@ _ROUNDING = 12582912.0
 
 @_intrinsic
 def exp2(typingctx: Part, exponent: Part) -> Part:
-    """Return two to the power of each of sixteen numbers in -100..100."""
+    """Return two to the power of each of sixteen numbers in -100..100; beyond, any bits may come back, NaN too."""
 
     def codegen(context: Part, builder: Part, signature: Part, arguments: Part) -> Part:
         shifted = builder.fadd(arguments[0], constant(_ROUNDING))

@@ -74,9 +74,10 @@ def _reduce_tile(
                 if any_of(stops):
                     store(scratch, _LIGHT + here, where(blended, onward, where(stops, -light, light)))
                     stopped = True
-                weight = where(blended, alpha * light, 0.0) * (1.0 - share * alpha)
+                # where nothing is blended alpha may be anything, see exp2
+                weight = where(blended, alpha * light * (1.0 - share * alpha), 0.0)
                 spread = weight * weight * variance
-                part = spread / (load(scratch, _PRIOR + here) + spread)
+                part = where(spread > 0.0, spread / (load(scratch, _PRIOR + here) + spread), 0.0)
                 part = where(load(scratch, _ALL + here) > 0.0, 1.0, part)
                 amount = spread if weighted else where(blended, variance, 0.0)
                 store(scratch, _GAIN + here, fma(amount, part, load(scratch, _GAIN + here)))
