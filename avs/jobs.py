@@ -69,6 +69,7 @@ def job(log: Path | None) -> Iterator[Console]:
             yield console
     except UserError as error:
         line = f"error: {' '.join(str(error).split())}"
+        sys.stdout.flush()  # what was printed before comes first, where standard output is buffered too
         print(line, file=sys.stderr, flush=True)
         console.close()
         if log is not None:
