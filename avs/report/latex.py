@@ -5,7 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from avs.report.summary import Row, Table
-from avs.report.wording import against, caption, comparison_title, grouped, measured, notes, ranks, signed
+from avs.report.wording import (
+    against,
+    caption,
+    comparison_title,
+    grouped,
+    measured,
+    missing_cause,
+    notes,
+    ranks,
+    signed,
+)
 from metrics.definitions import Metric
 
 # The paper's shades of the best, second and third value.
@@ -105,7 +115,7 @@ def grid(table: Table) -> list[str]:
 
 def _cells(table: Table, row: Row, metric: Metric, rank: int | None) -> list[str]:
     entry = row.entries[metric.identifier]
-    value = measured(entry, metric, r" $\pm$ ") or _DASH
+    value = measured(entry, metric, r" $\pm$ ") or _cause(table, row, metric) or _DASH
     if entry.mean is not None and value.startswith("-"):
         value = f"$-${value[1:]}"  # a hyphen otherwise
     cells = [rf"\cellcolor[HTML]{{{_COLOURS[rank]}}}{value}" if rank else value]
@@ -113,6 +123,11 @@ def _cells(table: Table, row: Row, metric: Metric, rank: int | None) -> list[str
         cells.append(entry.published or _DASH)
         cells.append(_DASH if entry.difference is None else f"${signed(entry.difference, metric)}$")
     return cells
+
+
+def _cause(table: Table, row: Row, metric: Metric) -> str | None:
+    cause = missing_cause(table, row, metric)
+    return None if cause is None else rf"{{\scriptsize {escape(cause)}}}"
 
 
 def _comparison(table: Table) -> list[str]:

@@ -5,7 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from avs.report.summary import Row, Table
-from avs.report.wording import against, caption, comparison_title, grouped, measured, notes, ranks, signed
+from avs.report.wording import (
+    against,
+    caption,
+    comparison_title,
+    grouped,
+    measured,
+    missing_cause,
+    notes,
+    ranks,
+    signed,
+)
 from metrics.definitions import Metric
 
 _DASH = "–"  # noqa: RUF001 (the dash of an empty cell)
@@ -47,7 +57,7 @@ def grid(table: Table) -> str:
 
 def _cells(table: Table, row: Row, metric: Metric, rank: int | None) -> list[str]:
     entry = row.entries[metric.identifier]
-    value = measured(entry, metric, " ± ") or _DASH
+    value = measured(entry, metric, " ± ") or missing_cause(table, row, metric) or _DASH
     cells = [minus(_MARKS[rank].format(value) if rank else value)]
     if table.has_published:
         cells.append(entry.published or _DASH)

@@ -11,7 +11,7 @@ from avs.errors import UserError
 from avs.record import read_record
 from avs.report.collect import Episodes
 from avs.report.published import read_published
-from avs.report.summary import Entry, Row, Table, missing_episodes, printed_as, scene_value
+from avs.report.summary import PUBLISHED_PREFIX, Entry, Row, Table, missing_episodes, printed_as, scene_value
 from avs.runtime.record import Runtime
 from metrics.definitions import METRICS, Metric
 
@@ -38,7 +38,7 @@ PUBLISHED_COLUMNS = (
     Metric("published_selection_seconds", "paper: selection", None, 2, "s", "the paper's time of one selection"),
     Metric("published_peak_memory_gb", "paper: GPU memory", None, 1, "GB", "the paper's peak memory"),
 )
-"""The paper's values: ``published_`` and the metric that they stand beside."""
+"""The paper's values: ``PUBLISHED_PREFIX`` and the metric that they stand beside."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,7 @@ def summarise_runtime(
             if len(values) > 1:
                 ranges[method, metric.identifier] = (min(values), max(values))
         for metric in PUBLISHED_COLUMNS:
-            paper = printed.get((method, metric.identifier.removeprefix("published_")))
+            paper = printed.get((method, metric.identifier.removeprefix(PUBLISHED_PREFIX)))
             entries[metric.identifier] = Entry(None if paper is None else float(paper), None, 1, 1, paper)
         rows.append(Row(method, *printed_as(episodes, method), entries))
     columns = [*COLUMNS, *(PUBLISHED_COLUMNS if printed else ())]

@@ -13,6 +13,9 @@ from metrics.statistics import Interval, paired_bootstrap, summarise
 CONFIDENCE = 0.95
 """Probability content of the bootstrap intervals."""
 
+PUBLISHED_PREFIX = "published_"
+"""Begins the identifiers of columns of published values that stand apart from the metric itself."""
+
 COLUMNS = ("psnr", "ssim", "lpips")
 """The metrics of the view synthesis table, as the paper has them."""
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from avs.report.collect import Episodes, own_settings
 from avs.report.published import PRINTED_NAMES, STAND_INS
-from avs.report.summary import CONFIDENCE, Entry, Row, Table
+from avs.report.summary import CONFIDENCE, PUBLISHED_PREFIX, Entry, Row, Table
 from avs.selectors.base import ORACLE
 from metrics.definitions import Metric
 
@@ -19,6 +19,9 @@ SHADES = 3
 # The range of n differences holds their median with probability 1 - 2^(1 - n), and no percentile bootstrap is wider
 # than the range: with fewer than six scenes it cannot reach 95 %.
 _ENOUGH_SCENES = 6
+
+# Between the reason for an empty row and the command that helps, which only the note below the table repeats.
+_REMEDY = ": python -m avs "
 
 _RANGES = {"zero_one": "images in 0..1", "minus_one": "images in -1..1"}
 
@@ -120,6 +123,19 @@ def comparison_title(table: Table) -> str | None:
     )
 
 
+def missing_cause(table: Table, row: Row, metric: Metric) -> str | None:
+    """Return why the row is empty, without the command that helps, if it is and ``metric`` is the first."""
+    reason = _missing_row(table, row) if metric is table.metrics[0] else None
+    return None if reason is None else reason.partition(_REMEDY)[0]
+
+
+def _missing_row(table: Table, row: Row) -> str | None:
+    """Return the reason for which all of a row is missing, except columns of published values, or None."""
+    own = [metric for metric in table.metrics if not metric.identifier.startswith(PUBLISHED_PREFIX)]
+    reasons = {row.entries[metric.identifier].missing for metric in own}
+    return next(iter(reasons)) if len(reasons) == 1 else None
+
+
 def missing(table: Table) -> list[str]:
     """Say why cells are empty: for a whole column once, for a whole row once, else cell by cell."""
     lines = []
@@ -129,8 +145,7 @@ def missing(table: Table) -> list[str]:
         if len(reasons) == 1 and (reason := entries[0].missing) is not None:
             lines.append(f"{metric.name}: {reason}")
     for row in table.rows:
-        absent = {row.entries[metric.identifier].missing for metric in table.metrics}
-        if len(absent) == 1 and (whole := next(iter(absent))) is not None:
+        if (whole := _missing_row(table, row)) is not None:
             lines.append(f"{row.label}: {whole}")
             continue
         for metric in table.metrics:

@@ -88,7 +88,7 @@ def test_values_by_hand(episode, table):
 
 
 def test_a_method_without_a_time_keeps_its_row_with_the_reason(episode, table):
-    reason = "weights maniqa absent; run: avs weights fetch maniqa"
+    reason = "weights maniqa absent: python -m avs weights fetch maniqa"
     absent = {"maniqa": reason, "theirs": "a program of its own is not timed"}
     rows, markdown, latex = table(
         [make_record()], [episode("fisherrf"), episode("theirs")], ["fisherrf", "maniqa", "theirs"], absent
@@ -97,6 +97,7 @@ def test_a_method_without_a_time_keeps_its_row_with_the_reason(episode, table):
     assert rows["theirs", "psnr"]["value"] == "21.0000"
     assert rows["theirs", "selection_seconds"]["note"] == "a program of its own is not timed"
     assert markdown.count(reason) == latex.count(reason) == 1
+    assert "| weights maniqa absent | – |" in markdown  # noqa: RUF001
     assert markdown.count("a program of its own is not timed") == 1
 
 

@@ -146,20 +146,21 @@ def test_method_without_episodes_keeps_its_row(episode, table):
     rows, markdown, latex = table([episode("random"), episode("ours-repvit")], ["random", "farthest", "ours-repvit"])
     row = rows["farthest", "psnr"]
     assert (row["group"], row["mean"], row["scenes"], row["note"]) == ("Geometric", "", "0", "no episode")
-    assert "| Geometric | FVS | – | – | – |" in markdown  # noqa: RUF001
+    assert "| Geometric | FVS | no episode | – | – |" in markdown  # noqa: RUF001
     assert "- FVS: no episode\n" in markdown
-    assert r"{Geometric} & FVS & -- & -- & -- \\" in latex
+    assert r"{Geometric} & FVS & {\scriptsize no episode} & -- & -- \\" in latex
 
 
 def test_method_that_cannot_run_says_why_and_keeps_its_published_value(episode, table):
-    reason = "weights koniq absent; run: avs weights fetch koniq"
+    reason = "weights koniq absent: python -m avs weights fetch koniq"
     published = PUBLISHED + "tab,mipnerf360,mean,musiq,psnr,19.62\n"
     methods = ["random", "musiq", "farthest"]
     rows, markdown, latex = table([episode("random")], methods, published, absent={"musiq": reason})
     row = rows["musiq", "psnr"]
     assert (row["mean"], row["published"], row["difference"], row["note"]) == ("", "19.62", "", reason)
     assert rows["farthest", "psnr"]["note"] == "no episode"
-    assert "| – | 19.62 | – |" in markdown  # noqa: RUF001
+    assert "| MUSIQ | weights koniq absent | 19.62 | – | – |" in markdown  # noqa: RUF001
+    assert r"MUSIQ & {\scriptsize weights koniq absent} & 19.62 & -- & --" in latex
     assert markdown.count(reason) == latex.count(reason) == 1
 
 
