@@ -4,18 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from avs.report import wording
 from avs.report.summary import Row, Table
-from avs.report.wording import (
-    against,
-    caption,
-    comparison_title,
-    grouped,
-    measured,
-    missing_cause,
-    notes,
-    ranks,
-    signed,
-)
 from metrics.definitions import Metric
 
 # The paper's shades of the best, second and third value.
@@ -46,10 +36,10 @@ def table_latex(table: Table) -> str:
     It needs the packages booktabs, multirow, and xcolor with the option ``table``.
     """
     body = grid(table)
-    title = comparison_title(table)
+    title = wording.comparison_title(table)
     if title is not None:
         body += ["", r"\medskip", rf"{escape(title)}:", "", r"\smallskip", *_comparison(table)]
-    return environment("nvs", table.episodes.dataset, caption(table), body, notes(table))
+    return environment("nvs", table.episodes.dataset, wording.caption(table), body, wording.notes(table))
 
 
 def environment(kind: str, dataset: str, sentences: Sequence[str], body: Sequence[str], remarks: Sequence[str]) -> str:
@@ -100,8 +90,8 @@ def grid(table: Table) -> list[str]:
         lines.append(" & Method" + " & here & paper & diff." * len(table.metrics) + r" \\")
     else:
         lines.append(f" & Method & {' & '.join(map(_title, table.metrics))} \\\\")
-    ranked = {metric.identifier: ranks(table, metric) for metric in table.metrics}
-    for group, rows in grouped(table):
+    ranked = {metric.identifier: wording.ranks(table, metric) for metric in table.metrics}
+    for group, rows in wording.grouped(table):
         lines.append(r"\midrule")
         for index, row in enumerate(rows):
             cells = [rf"\multirow{{{len(rows)}}}{{*}}{{{escape(group)}}}" if index == 0 else "", escape(row.label)]
@@ -115,28 +105,28 @@ def grid(table: Table) -> list[str]:
 
 def _cells(table: Table, row: Row, metric: Metric, rank: int | None) -> list[str]:
     entry = row.entries[metric.identifier]
-    value = measured(entry, metric, r" $\pm$ ") or _cause(table, row, metric) or _DASH
+    value = wording.measured(entry, metric, r" $\pm$ ") or _cause(table, row, metric) or _DASH
     if entry.mean is not None and value.startswith("-"):
         value = f"$-${value[1:]}"  # a hyphen otherwise
     cells = [rf"\cellcolor[HTML]{{{_COLOURS[rank]}}}{value}" if rank else value]
     if table.has_published:
         cells.append(entry.published or _DASH)
-        cells.append(_DASH if entry.difference is None else f"${signed(entry.difference, metric)}$")
+        cells.append(_DASH if entry.difference is None else f"${wording.signed(entry.difference, metric)}$")
     return cells
 
 
 def _cause(table: Table, row: Row, metric: Metric) -> str | None:
-    cause = missing_cause(table, row, metric)
+    cause = wording.missing_cause(table, row, metric)
     return None if cause is None else rf"{{\scriptsize {escape(cause)}}}"
 
 
 def _comparison(table: Table) -> list[str]:
     lines = [rf"\begin{{tabular}}{{l{'r' * len(table.metrics)}}}", r"\toprule"]
     lines += [f"Method & {' & '.join(map(_title, table.metrics))} \\\\", r"\midrule"]
-    for _, rows in grouped(table):
+    for _, rows in wording.grouped(table):
         for row in rows:
             if row is not table.reference:
-                texts = [against(row.entries[metric.identifier], metric) for metric in table.metrics]
+                texts = [wording.against(row.entries[metric.identifier], metric) for metric in table.metrics]
                 cells = [_DASH if text is None else rf"${text}$" for text in texts]
                 lines.append(" & ".join([escape(row.label), *cells]) + r" \\")
     return [*lines, r"\bottomrule", r"\end{tabular}"]

@@ -4,18 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from avs.report import wording
 from avs.report.summary import Row, Table
-from avs.report.wording import (
-    against,
-    caption,
-    comparison_title,
-    grouped,
-    measured,
-    missing_cause,
-    notes,
-    ranks,
-    signed,
-)
 from metrics.definitions import Metric
 
 _DASH = "–"  # noqa: RUF001 (the dash of an empty cell)
@@ -24,11 +14,11 @@ _MARKS = {1: "**{}**", 2: "{} (2)", 3: "{} (3)"}
 
 def table_markdown(table: Table) -> str:
     """Return the caption, the table, the comparison with the reference method, and the notes."""
-    blocks = [" ".join(caption(table)) + " Best in bold, second and third numbered.", grid(table)]
-    title = comparison_title(table)
+    blocks = [" ".join(wording.caption(table)) + " Best in bold, second and third numbered.", grid(table)]
+    title = wording.comparison_title(table)
     if title is not None:
         blocks += [title + ":", _comparison(table)]
-    return document(blocks, notes(table))
+    return document(blocks, wording.notes(table))
 
 
 def document(blocks: Sequence[str], lines: Sequence[str]) -> str:
@@ -44,9 +34,9 @@ def grid(table: Table) -> str:
         columns = [_title(metric), *(["published", "difference"] if table.has_published else [])]
         header += columns
         align += ["---:"] * len(columns)
-    ranked = {metric.identifier: ranks(table, metric) for metric in table.metrics}
+    ranked = {metric.identifier: wording.ranks(table, metric) for metric in table.metrics}
     lines = [header, align]
-    for group, rows in grouped(table):
+    for group, rows in wording.grouped(table):
         for index, row in enumerate(rows):
             cells = [group if index == 0 else "", row.label]
             for metric in table.metrics:
@@ -57,20 +47,20 @@ def grid(table: Table) -> str:
 
 def _cells(table: Table, row: Row, metric: Metric, rank: int | None) -> list[str]:
     entry = row.entries[metric.identifier]
-    value = measured(entry, metric, " ± ") or missing_cause(table, row, metric) or _DASH
+    value = wording.measured(entry, metric, " ± ") or wording.missing_cause(table, row, metric) or _DASH
     cells = [minus(_MARKS[rank].format(value) if rank else value)]
     if table.has_published:
         cells.append(entry.published or _DASH)
-        cells.append(_DASH if entry.difference is None else minus(signed(entry.difference, metric)))
+        cells.append(_DASH if entry.difference is None else minus(wording.signed(entry.difference, metric)))
     return cells
 
 
 def _comparison(table: Table) -> str:
     lines = [["Method", *map(_title, table.metrics)], ["---", *["---:"] * len(table.metrics)]]
-    for _, rows in grouped(table):
+    for _, rows in wording.grouped(table):
         for row in rows:
             if row is not table.reference:
-                texts = [against(row.entries[metric.identifier], metric) for metric in table.metrics]
+                texts = [wording.against(row.entries[metric.identifier], metric) for metric in table.metrics]
                 lines.append([row.label, *(_DASH if text is None else minus(text) for text in texts)])
     return pipe(lines)
 
