@@ -62,8 +62,6 @@ def run_episode(
     check_device(settings.device)
     scene = read_scene(scene_folder)
     method = selectors.find(settings.method).method if views is None else _program(settings, scene, views)
-    if method.scorer is not None and weights is None:
-        raise UserError(settings.method, f"needs the weights of the scorer {method.scorer}", "pass --weights")
     # A program reads its settings by itself; they are recorded as they are.
     checked = selectors.create_settings(settings.method, settings.selector) if views is None else Settings()
     identity = Identity(
@@ -81,7 +79,7 @@ def run_episode(
         scene=scene,
         protocol=settings.protocol,
         identity=identity,
-        selector=method.build(checked, Resources(weights, settings.device)),
+        selector=method.selector(checked, Resources(weights, settings.device)),
         build=builder(scene, settings.representation, seed, settings.device),
         evaluate=Evaluator(scene, settings.protocol.lpips, settings.device),
         progress=lambda line: progress(f"{scene.name}, {method.label}, seed {seed}: {line}"),
@@ -176,7 +174,7 @@ def _prepared(build: Builder, recorded: Episode, device: str) -> Builder:
     if registered is None or registered.method.scorer is not None or registered.method.pretrained:
         return build
     settings = selectors.create_settings(recorded.method, recorded.selector)
-    selector = registered.method.build(settings, Resources(device=device))
+    selector = registered.method.selector(settings, Resources(device=device))
     if not isinstance(selector, PreparesRepresentation):
         return build
 

@@ -14,15 +14,15 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# The palette of Okabe and Ito, which readers with any colour vision tell apart; lines differ in dashes as well, for
-# print without colour. The paper's own methods are solid, thicker and in front.
+# The palette of Okabe and Ito, which readers with any colour vision tell apart, with two colours of Tol's; lines differ
+# in dashes as well, for print without colour. The paper's own methods are solid, thicker and in front.
 _OWN = "ours-"
 _OWN_COLOURS = ("#D55E00", "#000000")
 # Upper references: grey, thin and behind, told apart by their dashes.
 _ORACLE = "oracle-"
 _ORACLE_COLOURS = ("#888888", "#888888", "#333333")
 _ORACLE_DASHES = ((0, (1, 1)), (0, (4, 2)), (0, (2, 1)))
-_OTHER_COLOURS = ("#0072B2", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#777777")
+_OTHER_COLOURS = ("#0072B2", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#777777", "#882255", "#999933")
 _DASHES = ((0, (5, 1.5)), (0, (1, 1.2)), (0, (4, 1.2, 1, 1.2)), (0, (8, 2)), (0, (3, 1, 1, 1, 1, 1)))
 
 _MOST_COLUMNS = 3
@@ -155,7 +155,7 @@ def _styles(methods: Sequence[str]) -> dict[str, dict[str, Any]]:
         line = {"color": _ORACLE_COLOURS[place], "linestyle": _ORACLE_DASHES[place]}
         styles[method] = {**line, "linewidth": 1.0, "zorder": 2}
     for index, method in enumerate(others):
-        # After one round the colours meet other dashes, because there is one colour more than dashes.
+        # After one round the colours meet other dashes, because their numbers have no common divisor.
         colour, dashes = _OTHER_COLOURS[index % len(_OTHER_COLOURS)], _DASHES[index % len(_DASHES)]
         styles[method] = {"color": colour, "linestyle": dashes, "linewidth": 1.2, "zorder": 3}
     return styles

@@ -13,7 +13,6 @@ from pydantic import BaseModel, ConfigDict, Field, PositiveInt
 from avs import measure, selectors
 from avs.cameras import IndexArray
 from avs.episode import Progress, capped_budget, seed_of
-from avs.errors import UserError
 from avs.experiment import builder, check_device
 from avs.protocol import ProtocolSettings
 from avs.record import write_record
@@ -80,10 +79,8 @@ def time_method(
     check_device(settings.device)
     method = selectors.find(settings.method).method
     checked = selectors.create_settings(settings.method, settings.selector)
-    if method.scorer is not None and weights is None:
-        raise UserError(settings.method, f"needs the weights of the scorer {method.scorer}", "pass --weights")
     scene = read_scene(scene_folder)
-    selector = method.build(checked, Resources(weights, settings.device))
+    selector = method.selector(checked, Resources(weights, settings.device))
     preparing = selector if isinstance(selector, PreparesRepresentation) else None
     if preparing is None:
         representation = _built(scene, settings)

@@ -18,6 +18,7 @@ import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict
 
 from avs.cameras import Cameras
+from avs.errors import UserError
 from avs.representations.base import Renderer, Rendering, Representation
 from avs.views import Views
 
@@ -164,6 +165,16 @@ class Method:
     pretrained: tuple[str, ...] = ()
     fallback: str | None = None
     oracle: bool = False
+
+    def selector(self, settings: Settings, resources: Resources) -> Selector:
+        """Return the selector that ``build`` makes.
+
+        Raises:
+            UserError: the method needs a trained scorer and has no weights of it; or what ``build`` raises.
+        """
+        if self.scorer is not None and resources.weights is None:
+            raise UserError(self.label, f"needs the weights of the scorer {self.scorer}", "pass --weights")
+        return self.build(settings, resources)
 
 
 def render_in_batches(

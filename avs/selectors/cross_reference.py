@@ -11,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, PositiveInt
 
-from avs.errors import UserError
 from avs.resizing import ResizeSettings
 from avs.scorer.settings import BACKBONE_OF, PUBLISHED, Precision, ReferenceSettings
 from avs.selectors.base import Method, Resources, Selection, Settings, State, choose, render_candidates
@@ -107,15 +106,14 @@ def _build(name: str, label: str, settings: CrossReferenceSettings, resources: R
     """Return a selector with the weights of the scorer ``name``, from ``resources.weights``.
 
     Raises:
-        UserError: the weights are missing, damaged, or of another architecture.
+        UserError: the weights are damaged, or of another architecture.
     """
     from avs.scorer.checkpoint import load_network
     from avs.scorer.crossscore import is_archive
     from avs.scorer.scoring import CrossReferenceScorer
 
     path = resources.weights
-    if path is None:
-        raise UserError(label, "has no weights", "train its scorer and pass its checkpoint")
+    assert path is not None  # Method.selector sees to it
     network = load_network(path, BACKBONE_OF[name])
     scorer = CrossReferenceScorer(network, settings.resize, settings.batch, resources.device, settings.precision)
     published = PUBLISHED.get(name)

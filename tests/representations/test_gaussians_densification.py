@@ -36,7 +36,7 @@ class Bench:
         loss.backward()
         for optimizer in self.optimizers.values():
             optimizer.step()
-            optimizer.zero_grad(set_to_none=True)
+            optimizer.zero_grad()
         self.control.after_backward(self.parameters, number, meta)
         self.control.before_step(self.parameters, self.optimizers, number + 1, self.generator)
 

@@ -126,8 +126,8 @@ def test_method_needs_weights(identifier, scorer):
     method = selectors.find(identifier).method
     assert not method.higher_is_worse
     assert method.scorer == scorer
-    with pytest.raises(UserError, match="has no weights"):
-        method.build(method.settings(), Resources())
+    with pytest.raises(UserError, match=f"needs the weights of the scorer {scorer}"):
+        method.selector(method.settings(), Resources())
 
 
 def test_method_refuses_the_weights_of_the_other(tmp_path):

@@ -4,11 +4,14 @@
 of higher degrees apart and join copies of them at every step. With two rates they stay one tensor. On the CPU one numba
 loop does the update and leaves out the columns of harmonics that are not in use yet, whose gradients and moments are
 zero.
+
+The class is no ``torch.optim.Optimizer``: gsplat's strategies need its ``param_groups`` and ``state`` alone, and its
+constructor imports torch's compiler, which takes 1.7 s in every process.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import defaultdict
 from functools import partial
 from typing import Any
 
@@ -22,11 +25,13 @@ from avs.representations.gaussians.kernels import kernel
 BETA1, BETA2 = 0.9, 0.999
 
 
-class Adam(torch.optim.Optimizer):
+class Adam:
     """Adam for one parameter ``[n, ...]``, seen as ``[n, columns]``.
 
-    Its state has the layout of ``torch.optim.Adam`` (``exp_avg``, ``exp_avg_sq``, ``step``), which gsplat's strategies
-    edit when Gaussians are added or removed.
+    Attributes:
+        param_groups: the parameter (``params``) and what its update depends on, as in ``torch.optim``.
+        state: of the parameter: ``exp_avg``, ``exp_avg_sq`` and ``step``, as in ``torch.optim.Adam``; nothing before
+            the first step. gsplat's strategies edit both when Gaussians are added or removed.
     """
 
     def __init__(
@@ -42,7 +47,10 @@ class Adam(torch.optim.Optimizer):
         """
         columns = parameter[0].numel()
         first, rest_rate = rest or (columns, rate)
-        super().__init__([parameter], {"lr": rate, "rest": (first, rest_rate), "active": columns, "epsilon": epsilon})
+        self.param_groups: list[dict[str, Any]] = [
+            {"params": [parameter], "lr": rate, "rest": (first, rest_rate), "active": columns, "epsilon": epsilon}
+        ]
+        self.state: defaultdict[Parameter, dict[str, Any]] = defaultdict(dict)
 
     def set_rate(self, rate: float) -> None:
         """Change the learning rate of the first columns."""
@@ -53,7 +61,7 @@ class Adam(torch.optim.Optimizer):
         self.param_groups[0]["active"] = columns
 
     @torch.no_grad()
-    def step(self, closure: Callable[[], float] | None = None) -> None:  # type: ignore[override]
+    def step(self) -> None:
         """Update the parameter by its gradient; without gradient or without rows it stays as it is."""
         group = self.param_groups[0]
         parameter: Parameter = group["params"][0]
@@ -66,6 +74,10 @@ class Adam(torch.optim.Optimizer):
         tensors = tuple(_columns(t) for t in (parameter, parameter.grad, state["exp_avg"], state["exp_avg_sq"]))
         update = _update_cpu if parameter.device.type == "cpu" else _update
         update(tensors, group, 1 - BETA1 ** state["step"], 1 - BETA2 ** state["step"])
+
+    def zero_grad(self) -> None:
+        """Drop the gradient."""
+        self.param_groups[0]["params"][0].grad = None
 
 
 def _columns(tensor: Tensor) -> Tensor:

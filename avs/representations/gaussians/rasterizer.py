@@ -65,13 +65,11 @@ def rasterization(
     * The extent of a Gaussian is its ellipse at opacity 1/255, per row of 8x8 tiles, not a box cut off at 3.33 standard
       deviations (3DGS: a square at 3). As only opacities of 1/255 and above are blended, pixels are the same as
       gsplat's for opacities up to 1; only ``radii`` is a bound of the same kind.
-    * ``packed``, ``tile_size``, ``channel_chunk`` and ``segmented`` choose between ways of computing the same on a GPU
-    and
-      are without effect: ``meta`` always has the unpacked layout (call gsplat's strategies with ``packed=False``), and
-      lacks the tile lists.
+    * ``packed``, ``tile_size``, ``channel_chunk`` and ``segmented`` choose between ways of computing the same on a
+      GPU and are without effect: ``meta`` always has the unpacked layout (call gsplat's strategies with
+      ``packed=False``), and lacks the tile lists.
     * Leading batch dimensions, ``distributed``, ``sparse_grad``, ``covars``, cameras other than ``pinhole``,
-    distortion,
-      rolling shutter, ``with_ut`` and ``with_eval3d`` are not there.
+      distortion, rolling shutter, ``with_ut`` and ``with_eval3d`` are not there.
 
     Args:
         means: centres ``[N, 3]`` float32, as all other tensors.

@@ -255,7 +255,7 @@ class GaussianSplats:
         self._density.after_backward(self.parameters, step, meta)
         for optimizer in self._optimizers.values():
             optimizer.step()
-            optimizer.zero_grad(set_to_none=True)
+            optimizer.zero_grad()
         self.iteration = step
 
     def _rasterize(
