@@ -3,6 +3,9 @@
 #   snakemake -j2 tables                                              the embedded scenes, minutes on two cores
 #   snakemake -j2 tables --configfile workflows/config/small.yaml --config scenes_dir=DIR      your own captures
 
+import time
+
+STARTED = time.time()  # a table that is older is not of this run
 
 if "scale" not in config:
 
@@ -34,6 +37,14 @@ rule all:
     input:
         rules.tables.input,
         rules.figures.input,
+
+
+onsuccess:
+    for dataset in SCENES:
+        table = Path(f"{RESULTS}/tables/nvs_{dataset}.md")
+        if table.exists() and table.stat().st_mtime > STARTED:
+            print(f"\n{table.read_text()}")
+            print(f"All tables: {RESULTS}/tables; figures: {RESULTS}/figures")
 
 
 onerror:

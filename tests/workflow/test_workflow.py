@@ -52,6 +52,7 @@ def test_a_second_run_has_nothing_to_do(finished):
     result = run(finished, "-j2", "tables")
     assert result.returncode == 0
     assert "Nothing to be done" in result.stderr + result.stdout
+    assert "| Method |" not in result.stdout
 
 
 def test_each_episode_logs_one_line_a_step(finished):
@@ -118,6 +119,7 @@ def test_a_killed_run_resumes_to_the_same_tables(finished, tmp_path):
     result = run(folder, "resume", "-j1", "tables", command=(sys.executable, "-m", "avs"))
     assert result.returncode == 0, result.stdout + result.stderr
     assert tables(folder) == tables(finished)
+    assert (folder / "results" / "tiny" / "tables" / "nvs_orbit.md").read_text() in result.stdout
 
 
 def test_resume_refuses_while_a_run_is_alive(finished):
