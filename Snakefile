@@ -40,11 +40,14 @@ rule all:
 
 
 onsuccess:
-    for dataset in SCENES:
-        table = Path(f"{RESULTS}/tables/nvs_{dataset}.md")
-        if table.exists() and table.stat().st_mtime > STARTED:
-            print(f"\n{table.read_text()}")
-            print(f"All tables: {RESULTS}/tables; figures: {RESULTS}/figures")
+    paths = [Path(f"{RESULTS}/tables/nvs_{dataset}.md") for dataset in SCENES]
+    made = [
+        path for path in paths if path.exists() and path.stat().st_mtime > STARTED
+    ]
+    for path in made:
+        print(f"\n{path.read_text()}")
+    if made:
+        print(f"All tables: {RESULTS}/tables; figures: {RESULTS}/figures")
 
 
 onerror:

@@ -8,6 +8,7 @@ from avs.report.collect import Episodes, own_settings
 from avs.report.published import PRINTED_NAMES, STAND_INS
 from avs.report.summary import CONFIDENCE, PUBLISHED_PREFIX, Entry, Row, Table
 from avs.selectors.base import ORACLE
+from avs.weights.cache import COMMAND
 from metrics.definitions import Metric
 
 GROUPS = ("Geometric", "3D-based", "2D-based")
@@ -21,7 +22,7 @@ SHADES = 3
 _ENOUGH_SCENES = 6
 
 # Between the reason for an empty row and the command that helps, which only the note below the table repeats.
-_REMEDY = ": python -m avs "
+_REMEDY = f": {COMMAND} "
 
 _RANGES = {"zero_one": "images in 0..1", "minus_one": "images in -1..1"}
 

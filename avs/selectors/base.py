@@ -145,7 +145,7 @@ class Method:
         group: row group in the paper's Table 1: ``Geometric``, ``3D-based`` or ``2D-based``; or ``ORACLE``.
         source: the publication or code that defines the method, and every deviation from it, in one or two sentences.
         higher_is_worse: whether the candidate with the largest score is chosen (True) or with the smallest (False).
-        build: makes the selector from its settings and resources.
+        build: makes the selector from its settings and resources; call it by ``selector``, which checks these first.
         settings: the type of its settings.
         scorer: name of the trained scorer whose weights it needs, or None.
         pretrained: names of the published weights that it needs, entries of the manifest of ``avs.weights``; a run

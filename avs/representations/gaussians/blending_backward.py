@@ -76,6 +76,8 @@ def _load_tile(
     return live
 
 
+# Long because the sums over a tile are local vectors, which stay in registers: an inlined function cannot add to
+# those of its caller.
 @inline
 def _gradients_of_tile(
     records: Floats, entries: Integers, start: int, end: int, x: Number, y: Number, channels: tuple[int, ...],

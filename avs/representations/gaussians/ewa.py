@@ -149,6 +149,7 @@ def _covariance_backward(
     )
 
 
+# Long because its matrices are written out, a line for each element, which is a number or sixteen of them.
 @inline
 def project_backward(
     mean: Numbers,

@@ -81,6 +81,7 @@ def _derivatives(
     store(jacobian, to + 144, v_scale[2])
 
 
+# Long because sixteen Gaussians are gathered into vectors and scattered again, as in ``projection.py``.
 @kernel
 def apply_chain(
     gaussians: Integers, places: Integers, moments: Floats, shears: Floats, means: Floats, quats: Floats,

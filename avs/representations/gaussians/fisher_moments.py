@@ -68,6 +68,8 @@ def second_moments(
     return moments
 
 
+# Long because the sums over a tile are local vectors, which stay in registers: an inlined function cannot add to
+# those of its caller.
 @inline
 def _moments_of_tile(
     records: Floats, shears: Floats, entries: Integers, start: int, end: int, x: Number, y: Number,

@@ -21,6 +21,7 @@ _MARGIN = 0.3
 _LARGEST = 1e6
 
 
+# Long because sixteen Gaussians are gathered into vectors and scattered again, number by number.
 @kernel
 def _project_kernel(
     means: Floats, quats: Floats, scales: Floats, opacities: Floats, pose: Numbers, lens: Numbers, size: Numbers,
@@ -95,6 +96,7 @@ def _project_kernel(
                 compensations[i] = np.float32(0.0)
 
 
+# Long for the same reason.
 @kernel
 def _project_backward_kernel(
     means: Floats, quats: Floats, scales: Floats, pose: Numbers, lens: Numbers, eps2d: Number, radii: Integers,

@@ -17,6 +17,7 @@ RasterizeMode = Literal["classic", "antialiased"]
 _ALPHA_GUARD = 1e-10
 
 
+# Long by gsplat's signature, and by what must be told of it.
 def rasterization(
     means: Tensor,
     quats: Tensor,

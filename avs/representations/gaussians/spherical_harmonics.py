@@ -70,6 +70,7 @@ def evaluate_basis(degree: int, x: Number, y: Number, z: Number, basis: Floats) 
                 basis[24] = _C4[6] * (xx * (xx - three * yy) - yy * (three * xx - yy))
 
 
+# Long because its polynomials are written out, a line for each term.
 @inline
 def basis_gradient(degree: int, x: Number, y: Number, z: Number, t: Floats) -> Numbers:
     """Return the gradient at (x, y, z) of the sum of the basis functions weighted with ``t``."""
