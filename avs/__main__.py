@@ -1,5 +1,5 @@
 """``python -m avs``: one command per step of the workflow."""
 
-from avs.cli import main
+from avs.commands.main import main
 
 main()

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from avs.compatibility import prepare_environment
+from avs.system.compatibility import prepare_environment
 
 # Before numpy and torch are imported by a test module: threads and their waiting are decided then.
 prepare_environment()

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from avs.cameras import Cameras, look_at
 from avs.representations.base import Rendering
-from avs.scene import Points, Scene, read_scene, write_scene
+from avs.scene.cameras import Cameras, look_at
+from avs.scene.scene import Points, Scene, read_scene, write_scene
 
 
 def ring(count, radius=3.0, size=(24, 16)):

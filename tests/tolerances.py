@@ -8,7 +8,7 @@ PSNR_FLOAT64 = 1e-10
 UINT8_EQUALS_FLOAT = 1e-12
 # One image is rounded to float32 (6e-8); relative to an SSIM or PSNR of order one, with room for flat windows.
 FLOAT32_INPUT = 1e-4
-# avs/representations/gaussians/losses.py: float32 against float64; the variance under SSIM is a difference of numbers
+# avs/rasterizer/losses.py: float32 against float64; the variance under SSIM is a difference of numbers
 # near 1, so that a rounding of 6e-8 stands beside C2 = 9e-4. Relative to the largest gradient of the image.
 LOSS_VALUE = 1e-6
 LOSS_GRADIENT = 1e-4
@@ -23,29 +23,29 @@ BOOTSTRAP = 0.012
 # The normal quantile stands for the bootstrap's: a few per cent with 40 scenes.
 BOOTSTRAP_WIDTH = 0.03
 
-# avs/scorer/backbones.py: merging a batch norm into a convolution rounds each weight once (6e-8); up to 26 blocks deep,
-# relative to the largest feature.
+# avs/iqa/cross_reference/backbones.py: merging a batch norm into a convolution rounds each weight once (6e-8); up to 26
+# blocks deep, relative to the largest feature.
 FUSED_CONVOLUTIONS = 1e-4
-# avs/scorer/network.py: float32 against float64, or float32 summed in another order, through two decoder layers whose
-# tokens are of order one; the network's output lies in 0..1.
+# avs/iqa/cross_reference/network.py: float32 against float64, or float32 summed in another order, through two decoder
+# layers whose tokens are of order one; the network's output lies in 0..1.
 FLOAT32_NETWORK = 1e-4
-# avs/scorer/scoring.py: weights and tokens rounded to 8 bits (4e-3), averaged over the pixels of a map.
+# avs/iqa/cross_reference/scoring.py: weights and tokens rounded to 8 bits (4e-3), averaged over the pixels of a map.
 BFLOAT16_SCORE = 2e-3
-# avs/scorer/backbones.py: float32 in another order through twelve transformer blocks; the tokens leave a norm, so that
-# they are of order one.
+# avs/iqa/cross_reference/backbones.py: float32 in another order through twelve transformer blocks; the tokens leave a
+# norm, so that they are of order one.
 FLOAT32_TRANSFORMER = 1e-4
-# avs/representations/gaussians/adam.py: 20 steps of 0.01 on numbers of order one, each rounded to float32.
+# avs/rasterizer/adam.py: 20 steps of 0.01 on numbers of order one, each rounded to float32.
 ADAM_STEPS = 2e-6
 
-# avs/cameras.py, avs/scene.py: a few float64 operations, a rotation through a quaternion and back, on numbers of order
-# one to ten.
+# avs/scene/cameras.py, avs/scene/scene.py: a few float64 operations, a rotation through a quaternion and back, on
+# numbers of order one to ten.
 FLOAT64_GEOMETRY = 1e-13
-# avs/scene.py: a projection in float64, pixel coordinates up to some thousands.
+# avs/scene/scene.py: a projection in float64, pixel coordinates up to some thousands.
 FLOAT64_PIXELS = 1e-9
 # avs/selectors/no_reference.py: known scores have two decimals, the last of them rounded more than once.
 QUALITY_KNOWN = 0.01
-# avs/quality/niqe.py: pyiqa rounds its window to float32, 3e-8 of squared luminances up to 65025, beside variances of
-# order one in blurred images; relative, measured 7e-4.
+# avs/iqa/no_reference/niqe.py: pyiqa rounds its window to float32, 3e-8 of squared luminances up to 65025, beside
+# variances of order one in blurred images; relative, measured 7e-4.
 NIQE_PYIQA = 2e-3
 # The same window in float64, by rows and columns or at once: roundings of 1e-16 of squared luminances, whose difference
 # is a variance; the root of one near zero keeps half of the digits.
@@ -62,14 +62,14 @@ REAL_REPROJECTION = 0.5
 # than a normal distribution; some five hundred of them are compared.
 PROBES_DEVIATIONS = 6.0
 
-# avs/representations/gaussians/rasterizer.py: float32 against float64. Colours and opacities are of order one; a few
+# avs/rasterizer/rasterization.py: float32 against float64. Colours and opacities are of order one; a few
 # dozen Gaussians with a rounding of 1e-7 each, through exponents of up to 8. Relative to the largest depth.
 RASTER_IMAGE = 1e-4
 # Relative L2 norm; measured 2e-6, 2e-5 where one pixel of a threshold decides otherwise.
 RASTER_GRADIENT = 1e-3
 # The same where pixels stop, at transmittances of 1e-4 that divide the rounding of what is left; measured 3e-5.
 RASTER_GRADIENT_SATURATED = 1e-3
-# avs/representations/gaussians/fisher.py: each element, relative; products of two gradients. Measured 1e-5, and 4e-4
+# avs/rasterizer/fisher_diagonal.py: each element, relative; products of two gradients. Measured 1e-5, and 4e-4
 # for Gaussians a hundred times as long as wide.
 FISHER_DIAGONAL = 1e-3
 
@@ -86,15 +86,15 @@ RANKING = 1e-12
 # avs/representations/gaussians/variance.py: a sum of positive terms over the pixels, each a quotient of float32 weights
 # that carry the exponents' rounding; a pixel whose end a rounding decides otherwise counts one Gaussian more or less.
 VARIANCE_REDUCTION = 1e-4
-# avs/representations/gaussians/likelihood.py: float64 inside, one rounding to float32.
+# avs/rasterizer/likelihood.py: float64 inside, one rounding to float32.
 LIKELIHOOD = 1e-6
 
-# avs/selectors/fisher.py, popgs.py: sums in float64 in another order, of ratios of one sign.
+# avs/selectors/fisherrf.py, popgs.py: sums in float64 in another order, of ratios of one sign.
 INFORMATION_SUMS = 1e-12
-# avs/warping.py: float32 coordinates of a few hundred pixels, times differences of neighbouring colours up to 1;
+# avs/scene/warping.py: float32 coordinates of a few hundred pixels, times differences of neighbouring colours up to 1;
 # relative to a sum over pixels.
 WARPING = 1e-4
-# avs/representations/gaussians/front_weights.py: weights in float32, as in the rasteriser.
+# avs/rasterizer/front_weights.py: weights in float32, as in the rasteriser.
 BLENDING_WEIGHTS = 1e-4
 # avs/selectors/gauss_mi.py: evidence, weights and a rendered image in float32; relative.
 GAUSS_MI = 1e-4

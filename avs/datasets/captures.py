@@ -13,16 +13,16 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 from PIL import Image
 
-from avs.cameras import Cameras, IndexArray
-from avs.colmap import Model, ModelCamera, ModelImage, find_model, read_model
-from avs.colmap.conversion import cameras_of, points_of, sorted_images
-from avs.datasets.settings import CaptureSettings
+from avs.datasets.capture_settings import CaptureSettings
 from avs.datasets.undistortion import pinhole, rescaled, undistorted_camera, undistorted_image
-from avs.errors import UserError
-from avs.files import explained
-from avs.images import Pixels, open_image, read_image
-from avs.points import Points
-from avs.scene import write_scene
+from avs.scene.cameras import Cameras, IndexArray
+from avs.scene.colmap import Model, ModelCamera, ModelImage, find_model, read_model
+from avs.scene.colmap.conversion import cameras_of, points_of, sorted_images
+from avs.scene.images import Pixels, open_image, read_image
+from avs.scene.points import Points
+from avs.scene.scene import write_scene
+from avs.system.errors import UserError
+from avs.system.files import explained
 
 _IMAGE_SUFFIXES = {".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff", ".webp"}
 _KEPT_SUFFIXES = {"JPEG": {".jpg", ".jpeg"}, "PNG": {".png"}}

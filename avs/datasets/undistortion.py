@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from avs.colmap import ModelCamera
-from avs.images import Pixels
+from avs.scene.colmap import ModelCamera
+from avs.scene.images import Pixels
 
 if TYPE_CHECKING:
     import pycolmap

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from avs.errors import UserError
-from avs.record import CurvePoint, Episode, read_record
+from avs.nvs.record import CurvePoint, Episode
+from avs.system.errors import UserError
+from avs.system.records import read_record
 
 Cell = tuple[str, int]
 """A scene and a seed: what two methods are paired on."""
@@ -102,7 +103,7 @@ def image_mean(point: CurvePoint, metric: str) -> float | None:
 
     Args:
         point: a point of an episode's curve.
-        metric: a field of ``avs.record.ImageMetrics``.
+        metric: a field of ``avs.nvs.record.ImageMetrics``.
     """
     values = [getattr(image, metric) for image in point.images]
     return None if any(value is None for value in values) else float(np.mean(values))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
-from avs.errors import UserError
+from avs.system.errors import UserError
 
 STAND_INS = {
     "orbit": "mipnerf360",

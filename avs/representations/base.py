@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Protocol, TypeVar, cast, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from avs.cameras import Cameras
-from avs.errors import UserError
-from avs.views import Views
+from avs.scene.cameras import Cameras
+from avs.scene.views import Views
+from avs.system.errors import UserError
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -50,7 +50,7 @@ class Renderer(Protocol):
 
 
 class Representation(Renderer, Protocol):
-    """What the loop of ``avs.episode`` uses of a representation."""
+    """What the loop of ``avs.nvs.loop`` uses of a representation."""
 
     @property
     def primitives(self) -> int:

@@ -15,7 +15,7 @@ from avs.representations.base import (
     VarianceReduction,
     capability,
 )
-from avs.selectors.base import Method, Resources, Selection, Settings, State, choose
+from avs.selection.contract import Method, Resources, Selection, Settings, State, choose
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -60,7 +60,7 @@ class LearnedVariance:
 
     def data_term(self, image: Tensor, variance: Tensor, photograph: Tensor) -> Tensor:
         """Return the mean of ``(C - C')^2 / (2 V) + log(V) / 2``; see ``likelihood.negative_log_likelihood``."""
-        from avs.representations.gaussians.likelihood import negative_log_likelihood
+        from avs.rasterizer.likelihood import negative_log_likelihood
 
         settings = self._settings
         return negative_log_likelihood(image, variance + settings.constant, photograph, settings.floor)

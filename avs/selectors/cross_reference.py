@@ -11,14 +11,14 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, PositiveInt
 
-from avs.resizing import ResizeSettings
-from avs.scorer.settings import BACKBONE_OF, PUBLISHED, Precision, ReferenceSettings
-from avs.selectors.base import Method, Resources, Selection, Settings, State, choose, render_candidates
+from avs.iqa.cross_reference.scorer_settings import BACKBONE_OF, PUBLISHED, Precision, ReferenceSettings
+from avs.iqa.resizing import ResizeSettings
+from avs.selection.contract import Method, Resources, Selection, Settings, State, choose, render_candidates
 
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from avs.scorer.scoring import CrossReferenceScorer
+    from avs.iqa.cross_reference.scoring import CrossReferenceScorer
 
 Image = npt.NDArray[np.uint8]
 
@@ -108,9 +108,9 @@ def _build(name: str, label: str, settings: CrossReferenceSettings, resources: R
     Raises:
         UserError: the weights are damaged, or of another architecture.
     """
-    from avs.scorer.checkpoint import load_network
-    from avs.scorer.crossscore import is_archive
-    from avs.scorer.scoring import CrossReferenceScorer
+    from avs.iqa.cross_reference.crossscore import is_archive
+    from avs.iqa.cross_reference.scorer_checkpoint import load_network
+    from avs.iqa.cross_reference.scoring import CrossReferenceScorer
 
     path = resources.weights
     assert path is not None  # Method.selector sees to it

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from avs.sampling import farthest_order
-from avs.selectors.base import Method, Resources, Selection, Settings, State
+from avs.scene.sampling import farthest_order
+from avs.selection.contract import Method, Resources, Selection, Settings, State
 
 
 class FarthestSelector:

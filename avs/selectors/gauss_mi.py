@@ -6,10 +6,10 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, PositiveFloat
 
-from avs.cameras import Cameras, concatenate
 from avs.representations.base import HasBlendingWeights, Renderer, capability
-from avs.selectors.base import Method, Resources, Selection, Settings, State, choose, render_in_batches
-from avs.views import Views
+from avs.scene.cameras import Cameras, concatenate
+from avs.scene.views import Views
+from avs.selection.contract import Method, Resources, Selection, Settings, State, choose, render_in_batches
 
 Floats = npt.NDArray[np.float64]
 

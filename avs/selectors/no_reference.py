@@ -13,14 +13,14 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, PositiveInt
 
-from avs.errors import UserError
-from avs.quality.settings import FitSettings, RefitSettings
+from avs.iqa.no_reference.niqe_settings import FitSettings, RefitSettings
+from avs.iqa.resizing import ResizeSettings
 from avs.representations.base import FloatImages
-from avs.resizing import ResizeSettings
-from avs.selectors.base import Method, Resources, Selection, Settings, State, choose, render_candidates
+from avs.selection.contract import Method, Resources, Selection, Settings, State, choose, render_candidates
+from avs.system.errors import UserError
 
 if TYPE_CHECKING:
-    from avs.quality.metrics import Score
+    from avs.iqa.no_reference.metrics import Score
 
 
 # On a CPU so many pixels are scored at once. Their intermediate images stay in the cache: eight images of 518x345 take
@@ -37,7 +37,7 @@ class _Metric:
         label: the name printed in tables.
         lower_better: pyiqa's direction; a test holds the two together, so that reading it needs no import of pyiqa.
         publication: where it was published.
-        weights: its published weights in the manifest of ``avs.weights``, or None.
+        weights: its published weights in the manifest of ``avs.system.weights``, or None.
         nothing: the score of a rendering in which the metric finds nothing to measure; None where that cannot be.
     """
 
@@ -118,7 +118,7 @@ class NoReferenceSelector:
             UserError: its weights are absent, damaged, hold objects, or are those of another metric.
         """
         if score is None:
-            from avs.quality.metrics import build
+            from avs.iqa.no_reference.metrics import build
 
             score = build(metric.name, metric.weights, resources.device, resources.weights)
         self.notes = notes
@@ -145,7 +145,7 @@ class NoReferenceSelector:
         """
         import torch
 
-        from avs.resizing import resized, to_tensor
+        from avs.iqa.resizing import resized, to_tensor
 
         if not np.isfinite(images).all():
             raise ValueError(f"{self._metric.name}: the renderings hold numbers that are not finite")
@@ -171,8 +171,8 @@ def _build_niqe(settings: NIQESettings, resources: Resources) -> NoReferenceSele
     path = resources.weights
     if path is None or path.suffix != ".safetensors":
         return NoReferenceSelector(_METRICS["niqe"], settings, resources)
-    from avs.quality.metrics import refitted_niqe
-    from avs.quality.niqe_fit import read_refitted
+    from avs.iqa.no_reference.metrics import refitted_niqe
+    from avs.iqa.no_reference.niqe_fit import read_refitted
 
     refitted = read_refitted(path)
     if refitted.settings != FitSettings(resize=settings.resize, refit=settings.refit):

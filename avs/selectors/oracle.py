@@ -9,8 +9,8 @@ import numpy as np
 from pydantic import Field, PositiveInt
 
 from avs.representations.base import Copyable, capability
-from avs.selectors.base import ORACLE, Method, Resources, Selection, Settings, State, choose
-from avs.selectors.truth import ImageMetric, gains, hidden, sample, true_metrics
+from avs.selection.contract import ORACLE, Method, Resources, Selection, Settings, State, choose
+from avs.selection.truth import ImageMetric, gains, hidden, sample, true_metrics
 
 
 class ImageOracle:

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from avs.selectors.base import Method, Resources
-from avs.selectors.information import InformationSelector, InformationSettings, Parameter
+from avs.selection.contract import Method, Resources
+from avs.selection.information import InformationSelector, InformationSettings, Parameter
 
 
 class PopGsSettings(InformationSettings):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from pydantic import Field
 
-from avs.selectors.base import Method, Resources, Selection, Settings, State, choose
+from avs.selection.contract import Method, Resources, Selection, Settings, State, choose
 
 
 class RandomSettings(Settings):

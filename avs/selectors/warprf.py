@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from avs.representations.base import FloatImages
-from avs.selectors.base import Method, Resources, Selection, Settings, State, choose, render_in_batches
+from avs.selection.contract import Method, Resources, Selection, Settings, State, choose, render_in_batches
 
 BATCH = 8
 """Views rendered at once, which bounds the memory."""
@@ -22,7 +22,7 @@ class WarpRfSelector:
         """Return the ``k`` candidates of the largest sum; of the representation only ``render`` is used."""
         import torch
 
-        from avs.warping import warped
+        from avs.scene.warping import warped
 
         def images(array: FloatImages) -> torch.Tensor:
             return torch.from_numpy(array).to(self._device).permute(0, 3, 1, 2).contiguous()

@@ -31,8 +31,8 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 import numpy as np  # noqa: E402
 import torch  # noqa: E402
 
+from avs.rasterizer.rasterization import rasterization  # noqa: E402
 from avs.representations.gaussians import compositing, projection  # noqa: E402
-from avs.representations.gaussians.rasterizer import rasterization  # noqa: E402
 
 # Gaussians, width, height, seed.
 WORKLOADS = {"W1": (5000, 160, 120, 1), "W2": (20000, 320, 240, 2), "W3": (100000, 640, 480, 3)}

@@ -27,19 +27,19 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 import numpy as np  # noqa: E402
 import torch  # noqa: E402
 
-from avs import selectors  # noqa: E402
-from avs.cameras import Cameras, look_at  # noqa: E402
+from avs.iqa.cross_reference.network import build_network  # noqa: E402
+from avs.iqa.cross_reference.scorer_settings import DINOv2Settings, RepViTSettings  # noqa: E402
+from avs.iqa.cross_reference.scoring import CrossReferenceScorer  # noqa: E402
+from avs.iqa.resizing import ResizeSettings, resized, to_tensor  # noqa: E402
+from avs.representations.gaussians.gaussian_settings import GaussianSettings  # noqa: E402
 from avs.representations.gaussians.initialization import PointCloud  # noqa: E402
 from avs.representations.gaussians.ply import read_ply  # noqa: E402
-from avs.representations.gaussians.settings import GaussianSettings  # noqa: E402
 from avs.representations.gaussians.splats import GaussianSplats  # noqa: E402
-from avs.resizing import ResizeSettings, resized, to_tensor  # noqa: E402
-from avs.scene import read_scene  # noqa: E402
-from avs.scorer.network import build_network  # noqa: E402
-from avs.scorer.scoring import CrossReferenceScorer  # noqa: E402
-from avs.scorer.settings import DINOv2Settings, RepViTSettings  # noqa: E402
-from avs.selectors.base import Resources, State  # noqa: E402
-from avs.views import Views  # noqa: E402
+from avs.scene.cameras import Cameras, look_at  # noqa: E402
+from avs.scene.scene import read_scene  # noqa: E402
+from avs.scene.views import Views  # noqa: E402
+from avs.selection import registry  # noqa: E402
+from avs.selection.contract import Resources, State  # noqa: E402
 
 NETWORKS = {"RepViT": RepViTSettings(), "DINOv2": DINOv2Settings()}
 GAUSSIANS, REFERENCES = 6000, 5
@@ -87,7 +87,7 @@ def measure(cameras, representation, side, count, repeats):
     photographs = representation.render(captured).rgb
     renderings = representation.render(candidates).rgb
     views = Views(captured, tuple((255 * photographs.clip(0, 1)).astype(np.uint8)))
-    method = selectors.find("fisherrf").method
+    method = registry.find("fisherrf").method
     fisher = method.build(method.settings(), Resources())
 
     def select(number):

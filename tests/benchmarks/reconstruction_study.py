@@ -15,11 +15,11 @@ import numpy as np
 import torch
 import yaml
 
-from avs.protocol import ProtocolSettings
-from avs.representations.gaussians.settings import GaussianSettings
+from avs.nvs.protocol import ProtocolSettings
+from avs.representations.gaussians.gaussian_settings import GaussianSettings
 from avs.representations.gaussians.splats import build
-from avs.sampling import initial_views
-from avs.scene import read_scene
+from avs.scene.sampling import initial_views
+from avs.scene.scene import read_scene
 from metrics.image import psnr
 
 

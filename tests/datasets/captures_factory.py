@@ -4,7 +4,7 @@ import numpy as np
 import pycolmap
 from PIL import Image
 
-from avs.cameras import look_at
+from avs.scene.cameras import look_at
 
 # Distortion of normalised image coordinates, written down here once more so that the tests do not depend on pycolmap's.
 SIMPLE_RADIAL = {"model": "SIMPLE_RADIAL", "params": [150.0, 80.5, 59.5, 0.3]}

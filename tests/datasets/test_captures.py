@@ -8,9 +8,9 @@ import pytest
 from captures_factory import OPENCV, PINHOLE, SIMPLE_RADIAL, SIZE, centroid, make_capture, project, transforms
 from PIL import Image
 
+from avs.datasets.capture_settings import CaptureSettings
 from avs.datasets.captures import list_captures, prepare
-from avs.datasets.settings import CaptureSettings
-from avs.scene import read_scene
+from avs.scene.scene import read_scene
 from tests import tolerances
 
 FULL = CaptureSettings(long_side=None)

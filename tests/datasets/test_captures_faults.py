@@ -8,10 +8,10 @@ import pytest
 from captures_factory import SIZE, make_capture
 from PIL import Image
 
+from avs.datasets.capture_settings import CaptureSettings
 from avs.datasets.captures import list_captures, prepare
-from avs.datasets.settings import CaptureSettings
-from avs.errors import UserError
-from avs.files import explained
+from avs.system.errors import UserError
+from avs.system.files import explained
 
 FULL = CaptureSettings(long_side=None)
 

@@ -9,12 +9,12 @@ import pytest
 
 from avs.datasets.embedded import make_scene
 from avs.datasets.embedded.capture import PATTERNS, Capture, build_capture, write_capture
-from avs.datasets.embedded.points import inside, project
+from avs.datasets.embedded.embedded_settings import EmbeddedSettings
 from avs.datasets.embedded.raycast import Caster
 from avs.datasets.embedded.render import pixel_rays
-from avs.datasets.embedded.settings import EmbeddedSettings
-from avs.errors import UserError
-from avs.scene import read_scene
+from avs.datasets.embedded.surface_points import inside, project
+from avs.scene.scene import read_scene
+from avs.system.errors import UserError
 from tests import tolerances
 
 SMALL = EmbeddedSettings(views=16, long_side=64, texture_levels=6, gather_rays=8, bounces=1, points=500)
@@ -52,7 +52,7 @@ def test_same_seed_gives_same_bytes_on_any_number_of_threads(room, tmp_path):
     write_capture(room, "orbit", 1, tmp_path / "here")
     code = (
         "import sys; from pathlib import Path; from avs.datasets.embedded import make_scene;"
-        "from avs.datasets.embedded.settings import EmbeddedSettings;"
+        "from avs.datasets.embedded.embedded_settings import EmbeddedSettings;"
         "make_scene('orbit', 1, EmbeddedSettings.model_validate_json(sys.argv[1]), Path(sys.argv[2]))"
     )
     threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "2")

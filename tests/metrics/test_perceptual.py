@@ -26,7 +26,7 @@ def empty_folders(tmp_path, monkeypatch):
     monkeypatch.setattr(socket, "getaddrinfo", refuse)
     monkeypatch.setenv("AVS_WEIGHTS", str(tmp_path / "weights"))
     monkeypatch.setenv("TORCH_HOME", str(tmp_path))
-    from avs.compatibility import prepare_torchvision
+    from avs.system.compatibility import prepare_torchvision
 
     prepare_torchvision()
 
@@ -70,7 +70,7 @@ def test_absent_weights_are_told_without_the_network_or_a_path(net, tmp_path):
 @pytest.mark.parametrize("variable", ["AVS_WEIGHTS", "XDG_CACHE_HOME"])
 @pytest.mark.parametrize("net", ["vgg", "alex"])
 def test_cache_folder_and_command_are_those_of_the_weights_manager(net, variable, tmp_path, monkeypatch):
-    from avs.weights import cache, locate, missing
+    from avs.system.weights import cache, locate, missing
 
     monkeypatch.delenv("AVS_WEIGHTS")
     monkeypatch.setenv(variable, str(tmp_path / "cache"))

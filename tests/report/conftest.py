@@ -2,7 +2,8 @@
 
 import pytest
 
-from avs.record import CurvePoint, Episode, ImageMetrics, write_record
+from avs.nvs.record import CurvePoint, Episode, ImageMetrics
+from avs.system.records import write_record
 
 LABELS = {"random": "Random", "farthest": "FVS", "piqe": "PIQE", "fisherrf": "FisherRF", "ours-repvit": "Ours-RepViT"}
 GROUPS = {"farthest": "Geometric", "fisherrf": "3D-based"}

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from avs.report.collect import read_episodes
-from avs.report.curves import panels
-from avs.report.figures import write_psnr_over_views
+from avs.report.figures.curves import panels
+from avs.report.figures.psnr_over_views import write_psnr_over_views
 
 METHODS = ["random", "farthest", "ours-repvit"]
 

@@ -5,11 +5,11 @@ import random
 
 import pytest
 
-from avs.errors import UserError
-from avs.record import Step, StepTruth
-from avs.report.ranking import oriented
-from avs.report.ranking_tables import FIELDS, write_ranking_table
-from avs.selectors.base import ORACLE
+from avs.nvs.record import Step, StepTruth
+from avs.report.tables.rank_correlation import oriented
+from avs.report.tables.ranking_table import FIELDS, write_ranking_table
+from avs.selection.contract import ORACLE
+from avs.system.errors import UserError
 
 METHODS = ["random", "fisherrf", "ours-repvit"]
 

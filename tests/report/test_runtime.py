@@ -5,10 +5,10 @@ import re
 
 import pytest
 
-from avs.errors import UserError
-from avs.record import write_record
-from avs.report.runtime_tables import write_runtime_table
-from avs.runtime.record import Runtime, SelectionTimes
+from avs.nvs.timing_record import Runtime, SelectionTimes
+from avs.report.tables.runtime_table import write_runtime_table
+from avs.system.errors import UserError
+from avs.system.records import write_record
 
 PUBLISHED = """table,dataset,scene,method,metric,value
 tab,mipnerf360,garden,fisherrf,selection_seconds,8.34

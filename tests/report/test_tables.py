@@ -6,9 +6,9 @@ import re
 
 import pytest
 
-from avs.errors import UserError
-from avs.record import ImageMetrics
-from avs.report.tables import write_nvs_table
+from avs.nvs.record import ImageMetrics
+from avs.report.tables.view_synthesis import write_nvs_table
+from avs.system.errors import UserError
 from metrics.definitions import METRICS
 
 METHODS = ["random", "farthest", "piqe", "fisherrf", "ours-repvit"]

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 import torch
 
-from avs.cameras import Cameras
-from avs.errors import UserError
+from avs.representations.gaussians.gaussian_settings import Densification, GaussianSettings, InitialPoints
 from avs.representations.gaussians.initialization import PointCloud
-from avs.representations.gaussians.settings import Densification, GaussianSettings, InitialPoints
 from avs.representations.gaussians.splats import GaussianSplats, build
-from avs.views import Views
+from avs.scene.cameras import Cameras
+from avs.scene.views import Views
+from avs.system.errors import UserError
 from tests.factories import ring, small_scene
 
 DENSIFICATION = Densification(start=20, every=20, until=150, opacity_reset_every=70, prune_scale=10.0, max_gaussians=70)

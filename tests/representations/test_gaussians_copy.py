@@ -5,13 +5,13 @@ import pytest
 import torch
 from factories import ring
 
-from avs import selectors
 from avs.representations.base import Copyable
+from avs.representations.gaussians.gaussian_settings import Densification, GaussianSettings, InitialPoints
 from avs.representations.gaussians.initialization import PointCloud
-from avs.representations.gaussians.settings import Densification, GaussianSettings, InitialPoints
 from avs.representations.gaussians.splats import GaussianSplats
-from avs.selectors.base import Resources
-from avs.views import Views
+from avs.scene.views import Views
+from avs.selection import registry
+from avs.selection.contract import Resources
 
 # Splits draw from the generator in the steps after the copy, too.
 DENSIFICATION = Densification(start=5, every=10, until=100, prune_scale=10.0, max_gaussians=90)
@@ -27,7 +27,7 @@ def fitted(request):
     views = Views(cameras, tuple(np.round(image * 255).astype(np.uint8) for image in scene.render(cameras).rgb))
     splats = GaussianSplats(cloud, 1.0, SETTINGS, rng, "cpu")
     if request.param == "extended":
-        method = selectors.find("activenerf").method
+        method = registry.find("activenerf").method
         method.build(method.settings(), Resources()).prepare(splats)
     splats.fit(views, 17)
     return splats, views

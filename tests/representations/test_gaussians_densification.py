@@ -3,10 +3,10 @@ import pytest
 import torch
 
 from avs.representations.gaussians.densification import DensityControl
+from avs.representations.gaussians.gaussian_settings import Densification, GaussianSettings, LearningRates
 from avs.representations.gaussians.initialization import PointCloud
 from avs.representations.gaussians.optimization import active_degree, create_optimizers, means_rate
 from avs.representations.gaussians.parameters import create_parameters
-from avs.representations.gaussians.settings import Densification, GaussianSettings, LearningRates
 
 COUNT = 20
 

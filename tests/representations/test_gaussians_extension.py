@@ -8,16 +8,16 @@ from test_gaussians import CAMERAS, SETTINGS, psnr, same, splats, views  # noqa:
 from test_gaussians_densification import COUNT, Bench
 from tolerances import LOSS_VALUE
 
-from avs.errors import UserError
+from avs.rasterizer.losses import prepare_target, structural_similarity
 from avs.representations.base import HasVarianceReduction, PrimitiveParameter, TakesExtension, VarianceReduction
-from avs.representations.gaussians.losses import prepare_target, structural_similarity
+from avs.representations.gaussians.gaussian_settings import GaussianSettings, InitialPoints
 from avs.representations.gaussians.objective import ExtendedObjective
 from avs.representations.gaussians.optimization import create_optimizers
 from avs.representations.gaussians.parameters import extend_parameters
 from avs.representations.gaussians.ply import write_ply
-from avs.representations.gaussians.settings import GaussianSettings, InitialPoints
 from avs.representations.gaussians.variance import rasterization_with_variance
 from avs.selectors.activenerf import ActiveNerfSettings, LearnedVariance
+from avs.system.errors import UserError
 
 RULE = VarianceReduction(1e-4, True, False)
 

@@ -3,11 +3,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from avs.errors import UserError
+from avs.representations.gaussians.gaussian_settings import InitialPoints
 from avs.representations.gaussians.initialization import initial_points, initial_scales, seen_points
 from avs.representations.gaussians.parameters import create_parameters
-from avs.representations.gaussians.settings import InitialPoints
-from avs.scene import Points
+from avs.scene.scene import Points
+from avs.system.errors import UserError
 from tests.factories import small_scene
 
 

@@ -5,13 +5,13 @@ import pytest
 import reference_renderer as reference
 import torch
 
-from avs.cameras import Cameras
-from avs.errors import UserError
 from avs.representations.base import HasFisherDiagonal, HasFisherProbes
-from avs.representations.gaussians.information import GROUPS
+from avs.representations.gaussians.gaussian_settings import GaussianSettings
 from avs.representations.gaussians.initialization import PointCloud
-from avs.representations.gaussians.settings import GaussianSettings
+from avs.representations.gaussians.parameter_information import GROUPS
 from avs.representations.gaussians.splats import GaussianSplats
+from avs.scene.cameras import Cameras
+from avs.system.errors import UserError
 from tests import tolerances
 from tests.factories import ring
 

@@ -3,8 +3,8 @@ import pytest
 import torch
 from plyfile import PlyData
 
-from avs.errors import UserError
 from avs.representations.gaussians.ply import read_ply, write_ply
+from avs.system.errors import UserError
 
 
 def gaussians(count=7, coefficients=16):

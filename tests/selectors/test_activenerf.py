@@ -4,19 +4,20 @@ import numpy as np
 import pytest
 from factories import MeanColor, ring, small_scene
 
-from avs.episode import Identity, Plan, run
-from avs.errors import UserError
-from avs.evaluation import Evaluator
-from avs.experiment import EpisodeSettings, replay_episode, run_episode
-from avs.protocol import ProtocolSettings
-from avs.record import Episode, read_record
+from avs.nvs.evaluation import Evaluator
+from avs.nvs.experiment import EpisodeSettings, replay_episode, run_episode
+from avs.nvs.loop import Identity, Plan, run
+from avs.nvs.protocol import ProtocolSettings
+from avs.nvs.record import Episode
 from avs.representations.base import VarianceReduction
-from avs.representations.gaussians.settings import GaussianSettings, InitialPoints
+from avs.representations.gaussians.gaussian_settings import GaussianSettings, InitialPoints
 from avs.representations.gaussians.splats import build
+from avs.scene.views import Views
+from avs.selection.contract import PreparesRepresentation, Resources, State
 from avs.selectors import create_settings, find
 from avs.selectors.activenerf import ActiveNerfSelector, ActiveNerfSettings
-from avs.selectors.base import PreparesRepresentation, Resources, State
-from avs.views import Views
+from avs.system.errors import UserError
+from avs.system.records import read_record
 
 CAMERAS = ring(9)
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from factories import MeanColor, OnlyRenders, ring
 
-from avs import selectors
-from avs.errors import UserError
-from avs.selectors.base import PreparesRepresentation, Resources, State, Truth
-from avs.views import Views
+from avs.scene.views import Views
+from avs.selection import registry
+from avs.selection.contract import PreparesRepresentation, Resources, State, Truth
+from avs.system.errors import UserError
 from tests import tolerances
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -29,7 +29,7 @@ IDENTIFIERS = {
 }
 RENDERS_ONLY = ("2D-based", "Geometric")
 
-METHODS = [identifier for identifier in sorted(selectors.methods()) if selectors.unavailable(identifier) is None]
+METHODS = [identifier for identifier in sorted(registry.methods()) if registry.unavailable(identifier) is None]
 every_method = pytest.mark.parametrize("identifier", METHODS)
 
 
@@ -42,7 +42,7 @@ def cloud():
 
 
 def splats():
-    from avs.representations.gaussians.settings import GaussianSettings
+    from avs.representations.gaussians.gaussian_settings import GaussianSettings
     from avs.representations.gaussians.splats import GaussianSplats
 
     return GaussianSplats(cloud(), 1.0, GaussianSettings(iterations=200), np.random.default_rng(1), "cpu")
@@ -58,9 +58,9 @@ def photographs():
 @pytest.fixture(scope="module")
 def weights(tmp_path_factory):
     """Return the checkpoint of an untrained scorer by name; it is made once."""
-    from avs.config import load
-    from avs.scorer.checkpoint import save_network
-    from avs.scorer.network import build_network
+    from avs.config.configuration import load
+    from avs.iqa.cross_reference.network import build_network
+    from avs.iqa.cross_reference.scorer_checkpoint import save_network
 
     folder = tmp_path_factory.mktemp("scorers")
 
@@ -82,11 +82,11 @@ def created(weights):
     """Make a method's selector, and a reconstruction prepared for it."""
 
     def create(identifier):
-        method = selectors.find(identifier).method
+        method = registry.find(identifier).method
         resize = {"resize": {"side": "long", "pixels": SCORED_AT[method.scorer is not None]}}
         values = resize if "resize" in method.settings.model_fields else {}
         resources = Resources(None if method.scorer is None else weights(method.scorer))
-        selector = method.build(selectors.create_settings(identifier, values), resources)
+        selector = method.build(registry.create_settings(identifier, values), resources)
         representation = splats()
         if isinstance(selector, PreparesRepresentation):
             selector.prepare(representation)
@@ -104,7 +104,7 @@ def kept(created):
 
 def make_state(identifier, representation, rows, captured=range(CAPTURED)):
     """Return a state whose candidates are the photographs at ``rows``."""
-    views, method = photographs(), selectors.find(identifier).method
+    views, method = photographs(), registry.find(identifier).method
     truth = Truth(views[rows], views[[CAPTURED + CANDIDATES]]) if method.oracle else None
     return State(representation, views[captured], views.cameras[rows], np.random.default_rng(7), 0, truth)
 
@@ -113,16 +113,16 @@ ALL = tuple(range(CAPTURED, CAPTURED + CANDIDATES))
 
 
 def test_every_row_of_the_benchmark_has_its_method():
-    assert set(selectors.methods()) >= IDENTIFIERS
+    assert set(registry.methods()) >= IDENTIFIERS
 
 
 @every_method
 def test_metadata_are_complete(identifier):
-    method = selectors.find(identifier).method
+    method = registry.find(identifier).method
     assert method.label
     assert method.source.endswith(".")
     assert method.oracle == (method.group == "Oracle")
-    assert selectors.create_settings(identifier, {}) == method.settings()
+    assert registry.create_settings(identifier, {}) == method.settings()
 
 
 @every_method
@@ -138,7 +138,7 @@ def test_the_same_seed_gives_the_same_choice_of_finite_scores(identifier, create
     assert np.isfinite(first.scores).all()
     assert first.render_seconds >= 0
     scored = np.ones(CANDIDATES, dtype=bool) if first.scored is None else first.scored
-    worst = max if selectors.find(identifier).method.higher_is_worse else min
+    worst = max if registry.find(identifier).method.higher_is_worse else min
     assert first.scores[first.indices[0]] == worst(first.scores[scored])
 
 
@@ -167,10 +167,10 @@ def test_ties_go_to_the_lowest_index(identifier, kept):
 @every_method
 def test_a_missing_capability_is_one_line(identifier, weights):
     """A representation that only renders serves, or the line names the method and what is missing."""
-    method = selectors.find(identifier).method
+    method = registry.find(identifier).method
     if method.group in RENDERS_ONLY:
         pytest.skip("needs rendering alone")
-    selector = method.build(selectors.create_settings(identifier, {}), Resources())
+    selector = method.build(registry.create_settings(identifier, {}), Resources())
     try:
         if isinstance(selector, PreparesRepresentation):
             selector.prepare(MeanColor())
@@ -181,14 +181,14 @@ def test_a_missing_capability_is_one_line(identifier, weights):
 
 
 def test_hidden_photographs_are_shown_to_oracles_alone():
-    oracles = {identifier for identifier in METHODS if selectors.find(identifier).method.oracle}
+    oracles = {identifier for identifier in METHODS if registry.find(identifier).method.oracle}
     assert oracles == {"oracle-ssim", "oracle-psnr", "oracle-gain"}
 
 
 def test_metadata_are_read_without_heavy_libraries():
     heavy = ("torch", "open3d", "pyiqa", "pycolmap", "numba", "timm")
     code = (
-        "import sys; from avs import selectors; [selectors.unavailable(name) for name in selectors.methods()];"
+        "import sys; from avs.selection import registry; [registry.unavailable(name) for name in registry.methods()];"
         f"print([name for name in {heavy} if name in sys.modules])"
     )
     result = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)

@@ -7,16 +7,16 @@ import pytest
 import torch
 from factories import OnlyRenders, ring
 
-from avs import selectors
-from avs.errors import UserError
+from avs.iqa.cross_reference.network import build_network
+from avs.iqa.cross_reference.published_weights import published_weights
+from avs.iqa.cross_reference.scorer_checkpoint import save_network
+from avs.iqa.cross_reference.scorer_settings import DINOv2Settings, ReferenceSettings, RepViTSettings, ScorerSettings
 from avs.representations.base import Rendering, Views
-from avs.scorer.checkpoint import save_network
-from avs.scorer.network import build_network
-from avs.scorer.published import published_weights
-from avs.scorer.settings import DINOv2Settings, ReferenceSettings, RepViTSettings, ScorerSettings
-from avs.selectors.base import Resources, State
+from avs.selection import registry
+from avs.selection.contract import Resources, State
 from avs.selectors.cross_reference import CrossReferenceSelector, CrossReferenceSettings
-from avs.weights.cache import VARIABLE
+from avs.system.errors import UserError
+from avs.system.weights.cache import VARIABLE
 
 
 class Brightness:
@@ -123,7 +123,7 @@ def test_missing_references_are_left_out_or_black(pad, numbers):
 
 @pytest.mark.parametrize(("identifier", "scorer"), [("ours-repvit", "repvit"), ("ours-dinov2", "dinov2")])
 def test_method_needs_weights(identifier, scorer):
-    method = selectors.find(identifier).method
+    method = registry.find(identifier).method
     assert not method.higher_is_worse
     assert method.scorer == scorer
     with pytest.raises(UserError, match=f"needs the weights of the scorer {scorer}"):
@@ -133,16 +133,16 @@ def test_method_needs_weights(identifier, scorer):
 def test_method_refuses_the_weights_of_the_other(tmp_path):
     path = tmp_path / "weights.safetensors"
     save_network(path, build_network(RepViTSettings(), seed=0))
-    selector = selectors.find("ours-repvit").method.build(CrossReferenceSettings(), Resources(path))
+    selector = registry.find("ours-repvit").method.build(CrossReferenceSettings(), Resources(path))
     assert selector.notes == ()
     with pytest.raises(UserError, match="holds a network on repvit_m0_9, where vit_small_patch14_dinov2 is needed"):
-        selectors.find("ours-dinov2").method.build(CrossReferenceSettings(), Resources(path))
+        registry.find("ours-dinov2").method.build(CrossReferenceSettings(), Resources(path))
 
 
 def test_a_note_says_that_weights_are_not_the_published_ones(tmp_path):
     path = tmp_path / "weights.safetensors"
     save_network(path, build_network(DINOv2Settings(), seed=0))
-    selector = selectors.find("ours-dinov2").method.build(CrossReferenceSettings(), Resources(path))
+    selector = registry.find("ours-dinov2").method.build(CrossReferenceSettings(), Resources(path))
     (note,) = selector.notes
     assert note == (
         "Ours-DINOv2: weights trained by this run, not the published ones (python -m avs weights fetch crossscore)"

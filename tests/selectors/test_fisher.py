@@ -7,11 +7,11 @@ import pytest
 from factories import MeanColor, ring
 from tolerances import INFORMATION_SUMS
 
-from avs.errors import UserError
 from avs.representations.base import FisherInformation
+from avs.scene.views import Views
+from avs.selection.contract import Resources, State
 from avs.selectors import create_settings, find
-from avs.selectors.base import Resources, State
-from avs.views import Views
+from avs.system.errors import UserError
 
 CAMERAS = ring(12)
 CAPTURED, CANDIDATES, PRIMITIVES, PARAMETERS = 3, 9, 7, 4

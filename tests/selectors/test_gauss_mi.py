@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 from factories import MeanColor, ring
+from tests.representations.blending_twin import splats, weights
 from tolerances import FLOAT64_GEOMETRY, GAUSS_MI
 
-from avs.cameras import Cameras
-from avs.errors import UserError
-from avs.selectors.base import Resources, State
+from avs.scene.cameras import Cameras
+from avs.scene.views import Views
+from avs.selection.contract import Resources, State
 from avs.selectors.gauss_mi import GaussMiSelector, GaussMiSettings, direction_weights, horizontal_axes
-from avs.views import Views
-from tests.representations.blending_twin import splats, weights
+from avs.system.errors import UserError
 
 CAMERAS = ring(9, size=(13, 9))
 CAPTURED = 3

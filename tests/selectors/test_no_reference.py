@@ -8,21 +8,21 @@ import pytest
 from factories import OnlyRenders, ring
 from skimage import data, filters
 
-from avs import selectors
-from avs.compatibility import prepare_torchvision
-from avs.errors import UserError
-from avs.quality.settings import FitSettings, RefitSettings
+from avs.iqa.no_reference.niqe_settings import FitSettings, RefitSettings
+from avs.iqa.resizing import ResizeSettings
 from avs.representations.base import Rendering
-from avs.resizing import ResizeSettings
-from avs.selectors.base import HasNotes, Resources, State
+from avs.scene.views import Views
+from avs.selection import registry
+from avs.selection.contract import HasNotes, Resources, State
 from avs.selectors.no_reference import METHODS, NoReferenceSettings
-from avs.views import Views
+from avs.system.compatibility import prepare_torchvision
+from avs.system.errors import UserError
 from tests.tolerances import QUALITY_KNOWN
 
 
 @pytest.fixture(scope="module")
 def piqe():
-    method = selectors.find("piqe").method
+    method = registry.find("piqe").method
     return method.build(NoReferenceSettings(resize=ResizeSettings(pixels=512), batch=2), Resources())
 
 
@@ -57,7 +57,7 @@ KNOWN = {  # of pyiqa 0.1.16 with the published parameters, for scikit-image's p
 def test_known_scores(identifier, picture, shared_weights, monkeypatch):
     monkeypatch.setenv("AVS_WEIGHTS", str(shared_weights))
     sharp = getattr(data, picture)().astype(np.float32) / 255
-    method = selectors.find(identifier).method
+    method = registry.find(identifier).method
     selector = method.build(method.settings(resize=ResizeSettings(pixels=max(sharp.shape))), Resources())
     images = np.stack([_blurred(sharp, sigma) if sigma else sharp for sigma in SIGMAS])
     np.testing.assert_allclose(selector.score(images), KNOWN[identifier, picture], atol=QUALITY_KNOWN)
@@ -105,7 +105,7 @@ def test_directions_and_names_are_those_of_pyiqa(piqe):
 @pytest.mark.parametrize(("identifier", "worst"), [("brisque", 153.591), ("niqe", 100.0)])
 def test_black_rendering_is_the_worst_and_leaves_the_others_alone(identifier, worst, shared_weights, monkeypatch):
     monkeypatch.setenv("AVS_WEIGHTS", str(shared_weights))
-    method = selectors.find(identifier).method
+    method = registry.find(identifier).method
     selector = method.build(method.settings(resize=ResizeSettings(pixels=192)), Resources())
     images = np.zeros((3, 96, 192, 3), dtype=np.float32)
     images[1] = np.random.default_rng(0).random(images.shape[1:], dtype=np.float32)
@@ -124,7 +124,7 @@ def test_renderings_that_are_not_finite_are_refused(piqe):
 @pytest.fixture
 def refitted(tmp_path):
     """Return parameters of NIQE that were fitted to patches of 48 pixels of one picture, as a file."""
-    from avs.quality.niqe_fit import fit, sharp_features, write_refitted
+    from avs.iqa.no_reference.niqe_fit import fit, sharp_features, write_refitted
 
     prepare_torchvision()
     settings = FitSettings(resize=ResizeSettings(pixels=451), refit=RefitSettings(patch=48, sharpness=0.2))
@@ -156,28 +156,28 @@ def test_published_parameters_need_no_note(shared_weights):
 
 
 def _niqe(weights, settings):
-    method = selectors.find("niqe").method
-    return method.build(selectors.create_settings("niqe", settings), Resources(weights))
+    method = registry.find("niqe").method
+    return method.build(registry.create_settings("niqe", settings), Resources(weights))
 
 
 def test_absent_parameters_of_niqe_can_be_fitted_those_of_others_not(tmp_path, shared_weights, monkeypatch):
     monkeypatch.setenv("TORCH_HOME", str(tmp_path))
     monkeypatch.setenv("AVS_WEIGHTS", str(tmp_path))
-    assert selectors.unavailable("niqe") == "weights niqe absent: python -m avs weights fetch niqe"
-    assert selectors.unavailable("niqe", fits=True) is None
-    assert selectors.unavailable("musiq", fits=True) is not None
-    assert selectors.fallback("niqe") == "niqe"
-    assert selectors.fallback("musiq") is None
-    assert selectors.published("niqe") is None
+    assert registry.unavailable("niqe") == "weights niqe absent: python -m avs weights fetch niqe"
+    assert registry.unavailable("niqe", fits=True) is None
+    assert registry.unavailable("musiq", fits=True) is not None
+    assert registry.fallback("niqe") == "niqe"
+    assert registry.fallback("musiq") is None
+    assert registry.published("niqe") is None
     monkeypatch.setenv("AVS_WEIGHTS", str(shared_weights))
-    assert selectors.unavailable("niqe") is None
-    assert selectors.fallback("niqe") is None
-    assert selectors.published("niqe") == shared_weights / "pyiqa/niqe_modelparameters.mat"
-    assert selectors.published("random") is None
+    assert registry.unavailable("niqe") is None
+    assert registry.fallback("niqe") is None
+    assert registry.published("niqe") == shared_weights / "pyiqa/niqe_modelparameters.mat"
+    assert registry.published("random") is None
 
 
 def test_listing_the_methods_imports_no_torch():
-    code = "import sys; from avs import selectors; selectors.methods(); sys.exit('torch' in sys.modules)"
+    code = "import sys; from avs import selectors; registry.methods(); sys.exit('torch' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
@@ -188,8 +188,8 @@ def test_metric_is_made_without_the_network():
         "socket.socket.connect = refuse\n"
         "socket.getaddrinfo = refuse\n"
         "from avs import selectors\n"
-        "from avs.selectors.base import Resources\n"
-        "method = selectors.find('piqe').method\n"
+        "from avs.selection.contract import Resources\n"
+        "method = registry.find('piqe').method\n"
         "method.build(method.settings(), Resources())\n"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from factories import ring
 
-from avs import selectors
 from avs.representations.base import Rendering
-from avs.selectors.base import ORACLE, Resources, State, Truth, check_selection
+from avs.scene.views import Views
+from avs.selection import registry
+from avs.selection.contract import ORACLE, Resources, State, Truth, check_selection
 from avs.selectors.oracle import GainOracle, GainSettings
-from avs.views import Views
 from metrics.image import psnr, ssim
 
 
@@ -42,10 +42,10 @@ def state(levels, captured=(100, 120), test=(40, 60), seed=0):
 
 
 def create(identifier, **settings):
-    method = selectors.find(identifier).method
+    method = registry.find(identifier).method
     assert method.oracle
     assert method.group == ORACLE
-    return method.build(selectors.create_settings(identifier, settings), Resources())
+    return method.build(registry.create_settings(identifier, settings), Resources())
 
 
 @pytest.mark.parametrize(("identifier", "metric"), [("oracle-ssim", ssim), ("oracle-psnr", psnr)])
@@ -56,7 +56,7 @@ def test_the_worst_true_rendering_is_chosen(identifier, metric):
     expected = [metric(rendered, np.full((16, 24, 3), level, np.uint8)) for level in levels]
     assert selection.scores.tolist() == expected
     assert selection.indices.tolist() == sorted(range(6), key=lambda row: (expected[row], row))[:3]
-    assert not selectors.find(identifier).method.higher_is_worse
+    assert not registry.find(identifier).method.higher_is_worse
 
 
 def looped_greedy(levels, captured, test, k):

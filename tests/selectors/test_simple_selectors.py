@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from factories import MeanColor, OnlyRenders, ring
 
-from avs import selectors
-from avs.errors import UserError
-from avs.sampling import farthest_order, initial_views
-from avs.selectors.base import Resources, State, choose
+from avs.scene.sampling import farthest_order, initial_views
+from avs.scene.views import Views
+from avs.selection import registry
+from avs.selection.contract import Resources, State, choose
 from avs.selectors.farthest import FarthestSelector
 from avs.selectors.random import RandomSelector, RandomSettings
-from avs.views import Views
+from avs.system.errors import UserError
 
 
 def state(candidates, captured=4, seed=0, step=0):
@@ -105,17 +105,17 @@ def test_an_impossible_choice_is_refused(scores, k):
 
 
 def test_methods_are_found_by_name_with_their_module():
-    found = selectors.methods()
+    found = registry.methods()
     assert {"random", "farthest", "fisherrf"} <= set(found)
     assert found["farthest"].module == "avs.selectors.farthest"
 
 
 def test_an_unknown_method_lists_near_names():
     with pytest.raises(UserError, match=r"'fisherfr': unknown; did you mean fisherrf"):
-        selectors.find("fisherfr")
+        registry.find("fisherfr")
 
 
 @pytest.mark.parametrize("values", [{"lambda": 1}, {"chain": "twice"}])
 def test_an_unknown_or_unfit_setting_names_the_known_ones(values):
     with pytest.raises(UserError, match=r"selectors\.fisherrf\..*settings of this method: chain, regularisation"):
-        selectors.create_settings("fisherrf", values)
+        registry.create_settings("fisherrf", values)

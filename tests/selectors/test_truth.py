@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 from factories import MeanColor, ring, small_scene
 
-from avs.episode import Identity, Plan, run
-from avs.errors import UserError
-from avs.evaluation import Evaluator
-from avs.protocol import ProtocolSettings, TruthSettings
+from avs.nvs.evaluation import Evaluator
+from avs.nvs.loop import Identity, Plan, run
+from avs.nvs.protocol import ProtocolSettings, TruthSettings
+from avs.representations.gaussians.gaussian_settings import Densification, GaussianSettings, InitialPoints
 from avs.representations.gaussians.initialization import PointCloud
-from avs.representations.gaussians.settings import Densification, GaussianSettings, InitialPoints
 from avs.representations.gaussians.splats import GaussianSplats, build
-from avs.selectors.base import Resources, Settings, State, Truth
+from avs.scene.views import Views
+from avs.selection.contract import Resources, Settings, State, Truth
+from avs.selection.truth import gains, hidden, sample, true_metrics
 from avs.selectors.farthest import FarthestSelector
-from avs.selectors.truth import gains, hidden, sample, true_metrics
-from avs.views import Views
+from avs.system.errors import UserError
 from metrics.image import ssim
 from tests import tolerances
 

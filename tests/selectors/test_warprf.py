@@ -7,11 +7,11 @@ import pytest
 from factories import OnlyRenders, ring
 from tolerances import WARPING
 
-from avs.cameras import Cameras, concatenate
 from avs.representations.base import Rendering
-from avs.selectors.base import Resources, Settings, State
+from avs.scene.cameras import Cameras, concatenate
+from avs.scene.views import Views
+from avs.selection.contract import Resources, Settings, State
 from avs.selectors.warprf import WarpRfSelector
-from avs.views import Views
 
 CAPTURED = 3
 

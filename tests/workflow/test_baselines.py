@@ -54,8 +54,9 @@ def test_a_file_has_less_than_sixty_lines_and_a_rule_three():
 
 
 def test_the_views_of_a_program_are_those_of_its_episode(followed):
-    from avs.listed import ViewList
-    from avs.record import Episode, read_record
+    from avs.nvs.program import ViewList
+    from avs.nvs.record import Episode
+    from avs.system.records import read_record
 
     folder = followed / "results/tiny/episodes/orbit/orbit_0/bisection/0"
     listed, episode = read_record(folder / "views.json", ViewList), read_record(folder / "episode.json", Episode)

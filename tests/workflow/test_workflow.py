@@ -65,7 +65,8 @@ def test_each_episode_logs_one_line_a_step(finished):
 
 
 def test_a_replay_gives_the_same_curve(finished, tmp_path):
-    from avs.record import Episode, read_record
+    from avs.nvs.record import Episode
+    from avs.system.records import read_record
 
     record = finished / "results/tiny/episodes/orbit/orbit_0/random/0/episode.json"
     scene = finished / "results/tiny/scenes/orbit_0"

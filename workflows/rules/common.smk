@@ -6,11 +6,11 @@ from pathlib import Path
 
 sys.path.insert(0, str(workflow.basedir))
 
-from avs import selectors
-from avs.config import load, protocol_of
-from avs.errors import UserError
-from avs.scorer.published import published_weights
-from avs.sources import sources
+from avs.selection import registry
+from avs.config.configuration import load, protocol_of
+from avs.system.errors import UserError
+from avs.iqa.cross_reference.published_weights import published_weights
+from avs.system.code_inputs import sources
 
 # Methods that are programs of their own, each a file of rules of the method's name.
 BASELINES = sorted(Path(workflow.basedir, "workflows", "baselines").glob("*.smk"))
@@ -29,14 +29,14 @@ ABSENT = {
     method: reason
     for method in settings.methods
     if method not in PROGRAMS
-    and (reason := selectors.unavailable(method, fits=settings.distortions is not None))
+    and (reason := registry.unavailable(method, fits=settings.distortions is not None))
 }
 RUNNABLE = [method for method in settings.methods if method not in ABSENT]
 
 # Says that the kernels have been compiled here. Jobs take it as ancient(): they wait for it and never rerun for it.
 KERNELS = f"{RESULTS}/kernels"
 
-# exec: the job becomes Snakemake's own child, so that it ends with it (see avs/jobs.py).
+# exec: the job becomes Snakemake's own child, so that it ends with it (see avs/system/jobs.py).
 AVS = "exec python -m avs"
 
 
@@ -71,7 +71,7 @@ def section(part):
         picked = {key: common[key] for key in ("device", "representation")}
         return picked | {"renders": common["distortions"]["renders"]}
     if stage == "refit":
-        checked = selectors.create_settings(name, settings.selectors.get(name, {}))
+        checked = registry.create_settings(name, settings.selectors.get(name, {}))
         return checked.model_dump(mode="json", include={"resize", "refit"})
     if stage == "training":
         return {"device": common["device"], "scorer": common["scorers"][name]}

@@ -14,7 +14,7 @@ rule niqe_fit:
     input:
         scenes=training_scenes,
         settings=f"{RESULTS}/settings/refit/niqe.json",
-        code=sources("avs.quality.niqe_fit"),
+        code=sources("avs.iqa.no_reference.niqe_fit"),
     output:
         f"{RESULTS}/parameters/niqe.safetensors",
     log:

@@ -31,22 +31,22 @@ def episodes(dataset):
 def method_code(wildcards):
     """Return the source files of a method, as far as they are known here, and of the episodes that it runs in."""
     if wildcards.method in PROGRAMS:
-        return sources("avs.experiment")
-    return sources("avs.experiment", selectors.find(wildcards.method).module)
+        return sources("avs.nvs.experiment")
+    return sources("avs.nvs.experiment", registry.find(wildcards.method).module)
 
 
 def scorer_weights(wildcards):
     """Return the weights that a method needs, if any: published ones where they are at hand, else those of this run."""
     if wildcards.method in PROGRAMS:
         return []
-    scorer = selectors.find(wildcards.method).method.scorer
+    scorer = registry.find(wildcards.method).method.scorer
     if scorer is not None:
         published = published_weights(scorer, settings.scorers[scorer])
         return published or f"{RESULTS}/scorer/{scorer}/weights.safetensors"
-    fallback = selectors.fallback(wildcards.method)
+    fallback = registry.fallback(wildcards.method)
     if fallback is not None:
         return f"{RESULTS}/parameters/{fallback}.safetensors"
-    return selectors.published(wildcards.method) or []
+    return registry.published(wildcards.method) or []
 
 
 def listed_views(wildcards):

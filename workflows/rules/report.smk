@@ -22,7 +22,7 @@ rule nvs_table:
         episodes=lambda wildcards: episodes(wildcards.dataset),
         settings=f"{RESULTS}/settings/table/{{dataset}}.json",
         published=published_file,
-        code=sources("avs.report.tables"),
+        code=sources("avs.report.tables.view_synthesis"),
     output:
         multiext(
             f"{RESULTS}/tables/nvs_{{dataset}}",
@@ -46,7 +46,7 @@ rule ranking_table:
     input:
         episodes=lambda wildcards: episodes(wildcards.dataset),
         settings=f"{RESULTS}/settings/table/{{dataset}}.json",
-        code=sources("avs.report.ranking_tables"),
+        code=sources("avs.report.tables.ranking_table"),
     output:
         multiext(f"{RESULTS}/tables/ranking_{{dataset}}", ".csv", ".md", ".tex"),
     log:
@@ -64,7 +64,7 @@ rule psnr_over_views:
     input:
         episodes=all_episodes,
         settings=f"{RESULTS}/settings/figure/psnr_over_views.json",
-        code=sources("avs.report.figures"),
+        code=sources("avs.report.figures.psnr_over_views"),
     output:
         multiext(f"{RESULTS}/figures/psnr_over_views", ".pdf", ".png"),
     log:

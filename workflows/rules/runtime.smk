@@ -1,6 +1,6 @@
 # The time of a selection: one job for each method, alone on the machine, on one reconstruction that all methods share.
 
-from avs.runtime.settings import RuntimeSettings
+from avs.nvs.timing_settings import RuntimeSettings
 
 RUNTIME = f"{RESULTS}/runtime/{{scene}}"
 TIMED = [method for method in RUNNABLE if method not in PROGRAMS]
@@ -39,7 +39,7 @@ rule runtime_state:
         scene=f"{RESULTS}/scenes/{{scene}}/scene.json",
         kernels=ancient(KERNELS),
         settings=f"{RESULTS}/settings/runtime/state.json",
-        code=sources("avs.runtime.timing"),
+        code=sources("avs.nvs.timing"),
     output:
         f"{RUNTIME}/state.safetensors",
     log:
@@ -62,7 +62,7 @@ rule runtime:
         kernels=ancient(KERNELS),
         settings=f"{RESULTS}/settings/runtime/{{method}}.json",
         code=lambda wildcards: sources(
-            "avs.runtime.timing", selectors.find(wildcards.method).module
+            "avs.nvs.timing", registry.find(wildcards.method).module
         ),
     output:
         f"{RUNTIME}/{{method}}.json",
@@ -94,7 +94,7 @@ rule runtime_table:
             "results/published/runtime_garden.csv",
         ],
         settings=f"{RESULTS}/settings/runtime_table.json",
-        code=sources("avs.report.runtime_tables"),
+        code=sources("avs.report.tables.runtime_table"),
     output:
         multiext(f"{RESULTS}/tables/runtime", ".csv", ".md", ".tex"),
     log:

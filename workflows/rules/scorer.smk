@@ -23,7 +23,7 @@ rule distortions:
         scene=f"{RESULTS}/scenes/{{pattern}}_{{seed}}/scene.json",
         settings=f"{RESULTS}/settings/distortions.json",
         kernels=ancient(KERNELS),
-        code=sources("avs.scorer.renders"),
+        code=sources("avs.iqa.cross_reference.renders"),
     output:
         f"{RESULTS}/distortions/{{pattern}}_{{seed}}.safetensors",
     log:
@@ -45,7 +45,7 @@ rule scorer_train:
         training=training_distortions,
         held_out=held_out_distortions,
         settings=f"{RESULTS}/settings/training/{{scorer}}.json",
-        code=sources("avs.scorer.training"),
+        code=sources("avs.iqa.cross_reference.training"),
     output:
         weights=f"{RESULTS}/scorer/{{scorer}}/weights.safetensors",
         card=f"{RESULTS}/scorer/{{scorer}}/card.json",

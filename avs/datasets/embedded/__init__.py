@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from avs.datasets.embedded.settings import EmbeddedSettings
+from avs.datasets.embedded.embedded_settings import EmbeddedSettings
 
 
 def make_scene(pattern: str, seed: int, settings: EmbeddedSettings, folder: Path) -> None:

@@ -8,18 +8,18 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from avs.datasets.embedded.embedded_settings import EmbeddedSettings
 from avs.datasets.embedded.film import tone
 from avs.datasets.embedded.house import flat
 from avs.datasets.embedded.indoor import room_light
 from avs.datasets.embedded.lens import Lens
-from avs.datasets.embedded.model import Array, assemble
+from avs.datasets.embedded.mesh_model import Array, assemble
 from avs.datasets.embedded.raycast import Hits
 from avs.datasets.embedded.render import meter
-from avs.datasets.embedded.settings import EmbeddedSettings
 from avs.datasets.embedded.shading import Shader
 from avs.datasets.embedded.stage import Stage
 from avs.datasets.embedded.trajectories import walkthrough
-from avs.files import atomic_folder, write_json
+from avs.system.files import atomic_folder, write_json
 
 FINEST = 0.02
 """Edges are not halved below this length in metres."""

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from scipy.sparse import coo_matrix, csr_matrix
 
 from avs.datasets.embedded.lighting import OFFSET, Lighting, Sky, frame, lamp_directions, sun_directions
-from avs.datasets.embedded.model import Array, Model
+from avs.datasets.embedded.mesh_model import Array, Model
 from avs.datasets.embedded.raycast import Caster
 
 

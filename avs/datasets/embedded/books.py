@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from avs.datasets.embedded.model import Group, moved, turned
+from avs.datasets.embedded.mesh_model import Group, moved, turned
 from avs.datasets.embedded.palette import CLOTH, PAGES, color, picture
 from avs.datasets.embedded.shapes import box, quad
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from avs.datasets.embedded.model import Group, Material, Mesh, moved, unit
+from avs.datasets.embedded.mesh_model import Group, Material, Mesh, moved, unit
 from avs.datasets.embedded.palette import blossom, color, paint
 from avs.datasets.embedded.plants import bouquet
 from avs.datasets.embedded.shapes import box, quad, tube

@@ -10,20 +10,20 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from avs.cameras import Cameras, IndexArray
 from avs.datasets.embedded import house, indoor, outdoor, trajectories
 from avs.datasets.embedded.apartment import ply_bytes
+from avs.datasets.embedded.embedded_settings import EmbeddedSettings
 from avs.datasets.embedded.film import develop
 from avs.datasets.embedded.lens import Lens
-from avs.datasets.embedded.model import Array, Model, assemble
-from avs.datasets.embedded.points import sparse_points
+from avs.datasets.embedded.mesh_model import Array, Model, assemble
 from avs.datasets.embedded.raycast import Caster
 from avs.datasets.embedded.render import depth, meter, render
-from avs.datasets.embedded.settings import EmbeddedSettings
 from avs.datasets.embedded.shading import Shader
 from avs.datasets.embedded.stage import Stage
-from avs.errors import UserError
-from avs.scene import Points, write_scene
+from avs.datasets.embedded.surface_points import sparse_points
+from avs.scene.cameras import Cameras, IndexArray
+from avs.scene.scene import Points, write_scene
+from avs.system.errors import UserError
 
 Generator = np.random.Generator
 

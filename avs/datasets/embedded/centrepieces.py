@@ -8,7 +8,7 @@ import numpy as np
 
 from avs.datasets.embedded.books import book
 from avs.datasets.embedded.furniture import chair, round_table, rug, table
-from avs.datasets.embedded.model import Group, moved, scaled, turned
+from avs.datasets.embedded.mesh_model import Group, moved, scaled, turned
 from avs.datasets.embedded.props import arranged, carton, fruit, mug, potted_plant, teapot, vase
 from avs.datasets.embedded.sculpture import statue
 

@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from avs.datasets.embedded.lens import Lens
-from avs.datasets.embedded.model import Array
-from avs.datasets.embedded.photographs import to_srgb
+from avs.datasets.embedded.library_photographs import to_srgb
+from avs.datasets.embedded.mesh_model import Array
 
 WHITE = 2.2
 """Exposed light beyond which samples are clipped: the curve is flat there, and edges against it would be jagged."""

@@ -19,7 +19,7 @@ from avs.datasets.embedded.furniture import (
     sofa,
     table,
 )
-from avs.datasets.embedded.model import Group, moved, scaled, turned
+from avs.datasets.embedded.mesh_model import Group, moved, scaled, turned
 from avs.datasets.embedded.props import arranged, candle_stick, carton, potted_plant, vase
 from avs.datasets.embedded.rooms import Room
 

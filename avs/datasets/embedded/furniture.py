@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from avs.datasets.embedded.books import book_row
-from avs.datasets.embedded.model import Color, Group, Material, Mesh, moved
+from avs.datasets.embedded.mesh_model import Color, Group, Material, Mesh, moved
 from avs.datasets.embedded.palette import CERAMIC, CLOTH, STEEL, WOOD, color, picture
 from avs.datasets.embedded.props import arranged, cushion, mug, vase
 from avs.datasets.embedded.shapes import box, cylinder, lathe, quad, tube

@@ -12,7 +12,7 @@ from avs.datasets.embedded.furnishing import furnish
 from avs.datasets.embedded.furniture import pendant
 from avs.datasets.embedded.indoor import outlook, room_light
 from avs.datasets.embedded.lighting import Lamp
-from avs.datasets.embedded.model import Group, moved, turned
+from avs.datasets.embedded.mesh_model import Group, moved, turned
 from avs.datasets.embedded.rooms import EAST, INNER, NORTH, SOUTH, WEST, Room, shell
 from avs.datasets.embedded.stage import Stage
 

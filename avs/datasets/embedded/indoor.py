@@ -10,7 +10,7 @@ from avs.datasets.embedded.centrepieces import laid_table, showpiece
 from avs.datasets.embedded.furnishing import furnish
 from avs.datasets.embedded.furniture import pendant
 from avs.datasets.embedded.lighting import Lamp, Lighting, Sky, Sun
-from avs.datasets.embedded.model import Group, Material, moved, turned
+from avs.datasets.embedded.mesh_model import Group, Material, moved, turned
 from avs.datasets.embedded.plants import shrub, tree
 from avs.datasets.embedded.rooms import OUTER, Room, shell, sky_lights
 from avs.datasets.embedded.shapes import ground

@@ -9,7 +9,7 @@ import numpy as np
 from avs.datasets.embedded.buildings import garden_wall, house
 from avs.datasets.embedded.furniture import trestle
 from avs.datasets.embedded.lighting import Lighting, Sky, Sun
-from avs.datasets.embedded.model import Array, Group, Material, moved, turned
+from avs.datasets.embedded.mesh_model import Array, Group, Material, moved, turned
 from avs.datasets.embedded.noise import SpaceNoise, lumps
 from avs.datasets.embedded.palette import blossom
 from avs.datasets.embedded.plants import LEAF, hedge, leaves, rock, scatter, shrub, tree, tufts

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from avs.cameras import Cameras
+from avs.scene.cameras import Cameras
 
 
 @dataclass(frozen=True)

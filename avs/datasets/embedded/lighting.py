@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from avs.datasets.embedded.model import Array, Color, unit
+from avs.datasets.embedded.mesh_model import Array, Color, unit
 from avs.datasets.embedded.noise import fractal_noise
 
 OFFSET = 2e-3

@@ -9,7 +9,7 @@ import numpy as np
 from avs.datasets.embedded.buildings import house
 from avs.datasets.embedded.furniture import chair, round_table, table, trestle
 from avs.datasets.embedded.landscape import clutter, court_floor, daylight, surroundings, terrain
-from avs.datasets.embedded.model import Group, Material, moved, turned
+from avs.datasets.embedded.mesh_model import Group, Material, moved, turned
 from avs.datasets.embedded.palette import blossom
 from avs.datasets.embedded.plants import creeper, shrub
 from avs.datasets.embedded.props import arranged, carton, potted_plant, vase

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from avs.datasets.embedded.model import Color, Material
+from avs.datasets.embedded.mesh_model import Color, Material
 from avs.datasets.embedded.textures import PICTURES
 
 Generator = np.random.Generator

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from avs.datasets.embedded.model import Array, Color, Group, Material, Mesh, unit
+from avs.datasets.embedded.mesh_model import Array, Color, Group, Material, Mesh, unit
 from avs.datasets.embedded.noise import SpaceNoise
 from avs.datasets.embedded.shapes import ball, box, displaced, tube
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from avs.datasets.embedded.books import book_stack
-from avs.datasets.embedded.model import Group, Material, Mesh, moved, turned
+from avs.datasets.embedded.mesh_model import Group, Material, Mesh, moved, turned
 from avs.datasets.embedded.noise import SpaceNoise
 from avs.datasets.embedded.palette import (
     CARDBOARD,

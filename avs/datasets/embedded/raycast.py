@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from avs.compatibility import import_open3d
-from avs.datasets.embedded.model import Array
+from avs.datasets.embedded.mesh_model import Array
+from avs.system.compatibility import import_open3d
 
 # Rays per call. It bounds the memory of a call; larger batches are no faster.
 _BATCH = 1 << 18

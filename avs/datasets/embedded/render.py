@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from avs.cameras import Cameras
 from avs.datasets.embedded.film import WHITE, exposure_of
-from avs.datasets.embedded.model import Array
+from avs.datasets.embedded.mesh_model import Array
 from avs.datasets.embedded.shading import Shader
+from avs.scene.cameras import Cameras
 
 
 def pixel_rays(cameras: Cameras, index: int, pixels: npt.NDArray[np.floating]) -> tuple[Array, Array]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from avs.datasets.embedded.buildings import Opening, casement, wall
 from avs.datasets.embedded.lighting import Window
-from avs.datasets.embedded.model import Group, Material, Mesh, moved, rotation_about, turned
+from avs.datasets.embedded.mesh_model import Group, Material, Mesh, moved, rotation_about, turned
 from avs.datasets.embedded.palette import CLOTH, color, paint
 from avs.datasets.embedded.shapes import box, quad, surface
 

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from skimage.measure import marching_cubes
 
-from avs.datasets.embedded.model import Group, Material, Mesh, unit
+from avs.datasets.embedded.mesh_model import Group, Material, Mesh, unit
 from avs.datasets.embedded.noise import SpaceNoise
 from avs.datasets.embedded.shapes import box
 

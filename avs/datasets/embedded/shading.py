@@ -6,10 +6,10 @@ import numpy as np
 
 from avs.datasets.embedded.atlas import Atlas
 from avs.datasets.embedded.baking import bake
+from avs.datasets.embedded.embedded_settings import EmbeddedSettings
 from avs.datasets.embedded.lighting import OFFSET, Lighting, lamp_directions, sun_directions
-from avs.datasets.embedded.model import Array, Model, unit
+from avs.datasets.embedded.mesh_model import Array, Model, unit
 from avs.datasets.embedded.raycast import Caster, Hits
-from avs.datasets.embedded.settings import EmbeddedSettings
 
 # Rays that are shaded together: few enough that their arrays stay in the processor's cache.
 _CHUNK = 1 << 13

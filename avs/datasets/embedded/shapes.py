@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from avs.datasets.embedded.model import Array, Material, Mesh, unit
+from avs.datasets.embedded.mesh_model import Array, Material, Mesh, unit
 
 Floats = npt.NDArray[np.floating]
 

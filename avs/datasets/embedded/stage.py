@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from avs.datasets.embedded.lighting import Lighting
-from avs.datasets.embedded.model import Mesh
+from avs.datasets.embedded.mesh_model import Mesh
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ import zlib
 import numpy as np
 
 from avs.datasets.embedded import textures_building, textures_fabric, textures_nature
+from avs.datasets.embedded.library_photographs import photograph
 from avs.datasets.embedded.patterns import Texture, texture
-from avs.datasets.embedded.photographs import photograph
 
 PROCEDURES = textures_building.PROCEDURES | textures_fabric.PROCEDURES | textures_nature.PROCEDURES
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from avs.datasets.embedded.library_photographs import grey, tileable
 from avs.datasets.embedded.noise import cellular, fractal_noise
 from avs.datasets.embedded.patterns import (
     Generator,
@@ -17,7 +18,6 @@ from avs.datasets.embedded.patterns import (
     smoothstep,
     texture,
 )
-from avs.datasets.embedded.photographs import grey, tileable
 
 
 def _bricks(size: int, rng: Generator) -> Texture:

@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from avs.datasets.embedded.library_photographs import grey, tileable
 from avs.datasets.embedded.noise import cellular, fractal_noise
 from avs.datasets.embedded.patterns import Generator, Texture, coordinates, per_piece, ramp, smoothstep, texture
-from avs.datasets.embedded.photographs import grey, tileable
 
 
 def _grass(size: int, rng: Generator) -> Texture:

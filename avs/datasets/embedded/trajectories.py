@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from avs.cameras import look_at
 from avs.datasets.embedded.raycast import Caster
 from avs.datasets.embedded.stage import Stage
+from avs.scene.cameras import look_at
 
 Poses = npt.NDArray[np.float64]
 Generator = np.random.Generator

@@ -9,8 +9,8 @@ import importlib
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from avs.representations.gaussians.rasterizer import rasterization
-    from avs.representations.gaussians.settings import GaussianSettings
+    from avs.rasterizer.rasterization import rasterization
+    from avs.representations.gaussians.gaussian_settings import GaussianSettings
     from avs.representations.gaussians.splats import GaussianSplats, build
 
 __all__ = ["GaussianSettings", "GaussianSplats", "build", "rasterization"]

@@ -6,15 +6,15 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from avs.cameras import Cameras
-from avs.representations.gaussians.blending import blend
-from avs.representations.gaussians.front_weights import front_sums
-from avs.representations.gaussians.information import activated
+from avs.rasterizer.blending import blend
+from avs.rasterizer.front_weights import front_sums
+from avs.rasterizer.projection import project_gaussians
+from avs.rasterizer.rasterization import rasterization
+from avs.rasterizer.splat_records import pack_records
+from avs.rasterizer.tiles import depth_order
+from avs.representations.gaussians.parameter_information import activated
 from avs.representations.gaussians.parameters import Parameters
-from avs.representations.gaussians.projection import project_gaussians
-from avs.representations.gaussians.rasterizer import rasterization
-from avs.representations.gaussians.records import pack_records
-from avs.representations.gaussians.tiles import depth_order
+from avs.scene.cameras import Cameras
 
 WeightSums = tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]
 

@@ -7,13 +7,13 @@ from collections.abc import Mapping
 import numpy as np
 from torch import Tensor
 
-from avs.cameras import Cameras
+from avs.rasterizer.likelihood import negative_log_likelihood
 from avs.representations.base import PrimitiveParameter, VarianceReduction
+from avs.representations.gaussians.gaussian_settings import GaussianSettings
 from avs.representations.gaussians.initialization import PointCloud
-from avs.representations.gaussians.likelihood import negative_log_likelihood
-from avs.representations.gaussians.settings import GaussianSettings
 from avs.representations.gaussians.splats import GaussianSplats
-from avs.views import Views
+from avs.scene.cameras import Cameras
+from avs.scene.views import Views
 
 
 def compile_kernels() -> None:

@@ -13,9 +13,9 @@ from gsplat.strategy import DefaultStrategy
 from gsplat.strategy.ops import reset_opa
 from torch import Tensor
 
-from avs.representations.gaussians.adam import Adam
+from avs.rasterizer.adam import Adam
+from avs.representations.gaussians.gaussian_settings import Densification
 from avs.representations.gaussians.parameters import Parameters
-from avs.representations.gaussians.settings import Densification
 
 STATISTICS = ("grad2d", "count")
 """Names of the running sums in the state of gsplat's strategy: gradient norms, and the views that they come from."""

@@ -8,10 +8,10 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
-from avs.cameras import IndexArray
-from avs.errors import UserError
-from avs.representations.gaussians.settings import InitialPoints
-from avs.scene import Points, Scene
+from avs.representations.gaussians.gaussian_settings import InitialPoints
+from avs.scene.cameras import IndexArray
+from avs.scene.scene import Points, Scene
+from avs.system.errors import UserError
 
 NEIGHBOURS = 3
 """The initial scale is the distance to this many nearest points, as in 3DGS."""

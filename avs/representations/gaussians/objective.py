@@ -7,10 +7,10 @@ from typing import Any, Protocol
 
 from torch import Tensor
 
+from avs.rasterizer.losses import Target, photometric_loss
+from avs.rasterizer.rasterization import rasterization
 from avs.representations.base import Extension, PrimitiveParameter
-from avs.representations.gaussians.losses import Target, photometric_loss
 from avs.representations.gaussians.parameters import Parameters
-from avs.representations.gaussians.rasterizer import rasterization
 from avs.representations.gaussians.variance import rasterization_with_variance
 
 

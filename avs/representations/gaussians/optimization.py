@@ -6,10 +6,10 @@ import math
 from collections.abc import Mapping
 from types import MappingProxyType
 
+from avs.rasterizer.adam import Adam
 from avs.representations.base import PrimitiveParameter
-from avs.representations.gaussians.adam import Adam
+from avs.representations.gaussians.gaussian_settings import GaussianSettings, LearningRates
 from avs.representations.gaussians.parameters import Parameters
-from avs.representations.gaussians.settings import GaussianSettings, LearningRates
 
 Optimizers = dict[str, Adam]
 

@@ -16,8 +16,8 @@ import torch
 from plyfile import PlyData, PlyElement, PlyParseError
 from torch import Tensor
 
-from avs.errors import UserError
-from avs.files import atomic_path
+from avs.system.errors import UserError
+from avs.system.files import atomic_path
 
 _FIXED = {
     "means": ["x", "y", "z"],

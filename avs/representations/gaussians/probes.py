@@ -8,11 +8,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avs.cameras import Cameras
+from avs.rasterizer.rasterization import rasterization
 from avs.representations.base import FisherInformation
-from avs.representations.gaussians.information import activated, as_columns, check_options
+from avs.representations.gaussians.parameter_information import activated, as_columns, check_options
 from avs.representations.gaussians.parameters import NAMES, Parameters
-from avs.representations.gaussians.rasterizer import rasterization
+from avs.scene.cameras import Cameras
 
 
 def probe_views(

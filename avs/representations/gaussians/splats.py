@@ -12,24 +12,24 @@ import numpy.typing as npt
 import torch
 from torch import Tensor
 
-from avs.cameras import Cameras, IndexArray
-from avs.errors import UserError
+from avs.rasterizer.losses import Target, prepare_target
+from avs.rasterizer.rasterization import rasterization
 from avs.representations.base import Extension, FisherInformation, FloatImages, Rendering, VarianceReduction
 from avs.representations.gaussians.blending_weights import WeightSums, blended_values, front_weights
-from avs.representations.gaussians.checkpoint import CheckpointState, read_checkpoint, write_checkpoint
 from avs.representations.gaussians.densification import STATISTICS, DensityControl
-from avs.representations.gaussians.information import parameter_fisher
+from avs.representations.gaussians.gaussian_checkpoint import CheckpointState, read_checkpoint, write_checkpoint
+from avs.representations.gaussians.gaussian_settings import GaussianSettings
 from avs.representations.gaussians.initialization import PointCloud, initial_points
-from avs.representations.gaussians.losses import Target, prepare_target
 from avs.representations.gaussians.objective import ExtendedObjective, Objective, PhotometricObjective
 from avs.representations.gaussians.optimization import active_degree, create_optimizers, follow_schedules
+from avs.representations.gaussians.parameter_information import parameter_fisher
 from avs.representations.gaussians.parameters import NAMES, Parameters, create_parameters, extend_parameters
 from avs.representations.gaussians.probes import probe_views
-from avs.representations.gaussians.rasterizer import rasterization
-from avs.representations.gaussians.settings import GaussianSettings
 from avs.representations.gaussians.variance import variance_reductions
-from avs.scene import Scene
-from avs.views import Views
+from avs.scene.cameras import Cameras, IndexArray
+from avs.scene.scene import Scene
+from avs.scene.views import Views
+from avs.system.errors import UserError
 
 CHECK_EVERY = 100
 """Steps between checks that every parameter is finite."""

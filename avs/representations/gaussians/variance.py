@@ -15,17 +15,17 @@ import numpy.typing as npt
 import torch
 from torch import Tensor
 
-from avs.cameras import Cameras
+from avs.rasterizer.blending import blend
+from avs.rasterizer.compositing import Squares, composite
+from avs.rasterizer.projection import project_gaussians
+from avs.rasterizer.spherical_harmonics import view_dependent_colors
+from avs.rasterizer.splat_records import pack_records
+from avs.rasterizer.tiles import depth_order
+from avs.rasterizer.variance_kernels import sum_reductions
 from avs.representations.base import VarianceReduction
 from avs.representations.gaussians import variance_gsplat
-from avs.representations.gaussians.blending import blend
-from avs.representations.gaussians.compositing import Squares, composite
 from avs.representations.gaussians.parameters import Parameters
-from avs.representations.gaussians.projection import project_gaussians
-from avs.representations.gaussians.records import pack_records
-from avs.representations.gaussians.spherical_harmonics import view_dependent_colors
-from avs.representations.gaussians.tiles import depth_order
-from avs.representations.gaussians.variance_kernels import sum_reductions
+from avs.scene.cameras import Cameras
 
 NEAR, FAR, BLUR = 0.01, 1e10, 0.3
 """The defaults of ``rasterizer.rasterization``: nearest and farthest depth, variance added in square pixels."""

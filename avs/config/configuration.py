@@ -1,0 +1,167 @@
+"""The configuration of a run: one schema, and a scale is only numbers.
+
+``workflows/config/<scale>.yaml`` holds the values; ``workflows/schemas/config.json`` is generated from these models.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Collection
+from typing import Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from avs.datasets.capture_settings import CaptureSettings
+from avs.datasets.embedded.embedded_settings import EmbeddedSettings
+from avs.iqa.cross_reference.scorer_settings import BACKBONE_OF, RenderSettings, ScorerSettings
+from avs.nvs.protocol import ProtocolSettings
+from avs.nvs.timing_settings import RuntimeSettings
+from avs.representations.gaussians.gaussian_settings import GaussianSettings
+from avs.selection import registry
+from avs.system.errors import UserError
+
+Pattern = Literal["orbit", "walkthrough", "handheld", "egocentric"]
+ScorerName = Literal["repvit", "dinov2"]
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class EmbeddedConfig(_Section):
+    """Scenes that are made from a seed."""
+
+    scenes: dict[Pattern, tuple[int, ...]] = Field(
+        default_factory=dict, description="which scenes are evaluated: seeds for each capture pattern"
+    )
+    capture: EmbeddedSettings = Field(default_factory=EmbeddedSettings, description="how they are captured")
+
+
+class DistortionConfig(_Section):
+    """The distorted images that every cross-reference scorer of the run is trained on."""
+
+    pattern: Pattern = Field(default="handheld", description="capture pattern of the scenes that train scorers")
+    training_seeds: tuple[int, ...] = Field(min_length=1, description="seeds of the scenes that train scorers")
+    held_out_seeds: tuple[int, ...] = Field(min_length=1, description="seeds of the scenes that only measure them")
+    renders: RenderSettings = Field(default_factory=RenderSettings, description="when a scene is rendered")
+
+    @model_validator(mode="after")
+    def _disjoint(self) -> Self:
+        shared = set(self.training_seeds) & set(self.held_out_seeds)
+        if shared:
+            raise ValueError(f"seeds {sorted(shared)} are both for training and held out")
+        return self
+
+
+class Config(_Section):
+    """Everything that a run can be told."""
+
+    scale: str = Field(pattern=r"^[a-z0-9_]+$", description="name of the results folder, such as ci, small or paper")
+    device: Literal["cpu", "cuda"] = Field(default="cpu", description="where reconstructions and networks run")
+    seeds: tuple[int, ...] = Field(min_length=1, description="each episode runs once with each seed")
+    methods: tuple[str, ...] = Field(min_length=1, description="identifiers of the selection methods, in table order")
+    selectors: dict[str, dict[str, Any]] = Field(
+        default_factory=dict, description="settings of the methods, by identifier"
+    )
+    protocols: dict[str, dict[str, Any]] = Field(
+        default_factory=dict,
+        description="settings of the loop that a method has for itself, by identifier, such as FisherRF4's batches",
+    )
+    scenes_dir: str | None = Field(
+        default=None, description="folder of captures in COLMAP layout to evaluate instead of embedded scenes"
+    )
+    captures: CaptureSettings = Field(default_factory=CaptureSettings, description="how captures become scenes")
+    embedded: EmbeddedConfig = Field(default_factory=EmbeddedConfig, description="the embedded scenes")
+    protocol: ProtocolSettings = Field(default_factory=ProtocolSettings, description="the loop")
+    representation: GaussianSettings = Field(default_factory=GaussianSettings, description="the reconstruction")
+    distortions: DistortionConfig | None = Field(
+        default=None, description="the data that scorers are trained on; null if the run trains none"
+    )
+    scorers: dict[ScorerName, ScorerSettings] = Field(
+        default_factory=dict, description="cross-reference scorers that the run can train; it trains those it needs"
+    )
+
+    @model_validator(mode="after")
+    def _scorers_are_what_they_are_called(self) -> Self:
+        for name, scorer in self.scorers.items():
+            if scorer.network.backbone != BACKBONE_OF[name]:
+                raise ValueError(f"scorers.{name}.network.backbone must be {BACKBONE_OF[name]}")
+        return self
+
+    runtime: RuntimeSettings | None = Field(
+        default_factory=RuntimeSettings, description="the table of selection times; null to leave it out"
+    )
+
+    @model_validator(mode="after")
+    def _scorers_have_data_of_their_own(self) -> Self:
+        if self.distortions is None:
+            if self.scorers:
+                raise ValueError("scorers need the section distortions, the data to train them on")
+            return self
+        seeds = {*self.distortions.training_seeds, *self.distortions.held_out_seeds}
+        shared = seeds & set(self.embedded.scenes.get(self.distortions.pattern, ()))
+        if shared:
+            raise ValueError(f"{self.distortions.pattern} seeds {sorted(shared)} train scorers and are evaluated")
+        return self
+
+
+def load(values: dict[str, Any], programs: Collection[str] = ()) -> Config:
+    """Check configuration values, as Snakemake reads them, and return them typed.
+
+    Args:
+        values: the configuration.
+        programs: identifiers of methods that are rules of the workflow; their settings are theirs to check.
+
+    Raises:
+        UserError: a key is unknown (the line names the nearest one), a value does not fit, a method is unknown or lacks
+            the scorer it needs.
+    """
+    try:
+        config = Config.model_validate(values)
+    except ValidationError as error:
+        raise _readable(error) from None
+    for identifier in programs:
+        if identifier in registry.methods():
+            fault = f"is a method of {registry.find(identifier).module} and a program as well"
+            raise UserError(f"method {identifier}", fault, f"rename workflows/baselines/{identifier}.smk")
+    for identifier in config.protocols:
+        protocol_of(config, identifier)
+    for identifier in dict.fromkeys((*config.methods, *config.selectors, *config.protocols)):
+        if identifier in programs:
+            continue
+        scorer = registry.find(identifier).method.scorer
+        if identifier in config.methods and scorer is not None and scorer not in config.scorers:
+            fault = f"needs the scorer {scorer}, which the configuration does not train"
+            raise UserError(f"method {identifier}", fault, f"add scorers.{scorer}, or leave the method out")
+        registry.create_settings(identifier, config.selectors.get(identifier, {}))
+    return config
+
+
+def protocol_of(config: Config, method: str) -> ProtocolSettings:
+    """Return the settings of the loop for one method: the common ones, and its own where it has them.
+
+    Raises:
+        UserError: a key is unknown, or a value does not fit.
+    """
+    try:
+        return ProtocolSettings.model_validate(config.protocol.model_dump() | config.protocols.get(method, {}))
+    except ValidationError as error:
+        raise _readable(error, "protocols", method) from None
+
+
+def _readable(error: ValidationError, *parents: str) -> UserError:
+    """Return the first fault of a validation as one line; ``parents`` are the keys above the validated part."""
+    first = error.errors()[0]
+    place = ".".join(map(str, (*parents, *first["loc"]))) or "configuration"
+    if first["type"] != "extra_forbidden":
+        return UserError(f"configuration: {place}", first["msg"], "mend the value")
+    near = difflib.get_close_matches(str(first["loc"][-1]), sorted(_all_keys(Config)), n=1)
+    return UserError(f"configuration: {place}", "unknown key", f"did you mean {near[0]}?" if near else "remove it")
+
+
+def _all_keys(model: type[BaseModel]) -> set[str]:
+    """Return the names of all fields of ``model`` and of the models inside it."""
+    names = set(model.model_fields)
+    for definition in model.model_json_schema().get("$defs", {}).values():
+        names.update(definition.get("properties", {}))
+    return names

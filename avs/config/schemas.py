@@ -1,0 +1,29 @@
+"""The JSON schemas of what the workflow reads and writes, generated from the typed models."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pydantic import BaseModel
+
+from avs.config.configuration import Config
+from avs.nvs.program import ViewList
+from avs.nvs.record import Episode, EpisodeMeta
+from avs.nvs.timing_record import Runtime
+from avs.scene.scene import SceneFile
+from avs.system.files import write_json
+
+SCHEMAS: dict[str, type[BaseModel]] = {
+    "config.json": Config,
+    "scene.json": SceneFile,
+    "episode.json": Episode,
+    "episode.meta.json": EpisodeMeta,
+    "views.json": ViewList,
+    "runtime.json": Runtime,
+}
+
+
+def write_schemas(folder: Path) -> None:
+    """Write one schema per model to ``folder``; a test fails when they are out of date."""
+    for name, model in SCHEMAS.items():
+        write_json(folder / name, model.model_json_schema())

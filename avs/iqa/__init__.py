@@ -1,0 +1,1 @@
+"""Image quality: the paper's cross-reference network, and no-reference metrics."""

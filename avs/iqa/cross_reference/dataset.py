@@ -1,0 +1,152 @@
+"""Training batches: crops of renderings, their SSIM maps, and crops of photographs to compare with."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import torch
+from torch import Tensor
+
+from avs.iqa.cross_reference.distortions import Distortions, decoded
+from avs.iqa.cross_reference.scorer_settings import PATCH, TrainingSettings
+from avs.iqa.resizing import ResizeSettings, resized, to_tensor
+from avs.system.errors import UserError
+
+_ENCODING_BATCH = 8
+
+
+@dataclass(frozen=True)
+class Batch:
+    """One training step's data: s sets of q query crops; the queries of a set share k reference crops.
+
+    Attributes:
+        queries: ``[s, q, 3, crop, crop]`` in 0..1; or ``[s, q, crop / 14, crop / 14, channels]``, the backbone's
+        features. maps: ``[s, q, crop, crop]`` true SSIM in 0..1.
+        references: ``[s, k, ...]`` as ``queries``.
+        present: ``[s, k]`` bool, which references count; the others are black.
+    """
+
+    queries: Tensor
+    maps: Tensor
+    references: Tensor
+    present: Tensor
+
+    def to(self, device: str) -> Batch:
+        """Return the batch on ``device``."""
+        return Batch(self.queries.to(device), self.maps.to(device), self.references.to(device), self.present.to(device))
+
+
+class Sampler:
+    """Draws batches from the distortion data of several scenes, in an order that its generator alone decides."""
+
+    def __init__(
+        self,
+        scenes: list[Distortions],
+        settings: TrainingSettings,
+        rng: np.random.Generator,
+        features: Callable[[Tensor], Tensor] | None = None,
+    ) -> None:
+        """Resize all images once.
+
+        Args:
+            scenes: the data.
+            settings: sizes and numbers.
+            rng: decides every draw.
+            features: if given, whole images ``[n, 3, height, width]`` in 0..1 pass through it once, and the crops are
+            taken of what it
+                returns, ``[n, height // 14, width // 14, channels]``.
+
+        Raises:
+            UserError: a scene's images are smaller than a crop.
+        """
+        self._settings = settings
+        self._rng = rng
+        self._unit = 1 if features is None else PATCH
+        self._scenes = [_Prepared(scene, settings, features) for scene in scenes]
+        black = np.zeros((settings.crop, settings.crop, 3), dtype=np.uint8)
+        self._black = _prepared([black], ResizeSettings(pixels=settings.crop), features)[0]
+
+    def batch(self) -> Batch:
+        """Draw the next batch: for each set a scene, a moment, references, and renderings of other views."""
+        sets = [self._set() for _ in range(self._settings.batch // self._settings.queries_per_set)]
+        queries, maps, references, present = (torch.stack(parts) for parts in zip(*sets, strict=True))
+        if queries.dtype == torch.uint8:
+            queries, references = (images.movedim(-1, -3).float() / 255.0 for images in (queries, references))
+        return Batch(queries, maps, references, present)
+
+    def _set(self) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        scene = self._scenes[int(self._rng.integers(len(self._scenes)))]
+        moment = int(self._rng.integers(len(scene.rows)))
+        rows, references = self._draw(scene, moment)
+        queries, maps = zip(*(self._crop(scene.renderings[row], scene.maps[row]) for row in rows), strict=True)
+        crops = [self._crop(scene.photographs[image])[0] for image in references]
+        crops += [self._black] * (self._settings.references.count - len(crops))
+        present = torch.arange(len(crops)) < len(references)
+        if self._settings.references.pad == "black":
+            present[:] = True
+        return torch.stack(queries), torch.stack(maps), torch.stack(crops), present
+
+    def _draw(self, scene: _Prepared, moment: int) -> tuple[list[int], list[int]]:
+        """Draw renderings and photographs of one moment, such that no photograph shows the view of a rendering.
+
+        The first rendering is drawn before the photographs, the others from what these leave.
+        """
+        first = int(self._rng.choice(scene.rows[moment]))
+        pool = scene.captured[moment] if self._settings.reference_pool == "captured" else range(len(scene.photographs))
+        others = np.array([image for image in pool if image != scene.images[first]])
+        references: list[int] = self._rng.permutation(others)[: self._settings.references.count].tolist()
+        left = [row for row in scene.rows[moment] if scene.images[row] not in references]
+        more = self._settings.queries_per_set - 1
+        return [first, *self._rng.choice(left, more, replace=len(left) < more).tolist()], references
+
+    def _crop(self, image: Tensor, similarity: Tensor | None = None) -> tuple[Tensor, Tensor]:
+        """Return a random square of ``image`` ``[rows, columns, channels]``, and the same square of its SSIM map."""
+        side = self._settings.crop // self._unit
+        top, left = (int(self._rng.integers(length - side + 1)) for length in image.shape[:2])
+        square = image[top : top + side, left : left + side]
+        if similarity is None:
+            return square, square
+        top, left, side = (number * self._unit for number in (top, left, side))
+        return square, similarity[top : top + side, left : left + side]
+
+
+class _Prepared:
+    """A scene's images, resized, as tensors ``[rows, columns, channels]``; its renderings by moment."""
+
+    def __init__(
+        self, scene: Distortions, settings: TrainingSettings, features: Callable[[Tensor], Tensor] | None
+    ) -> None:
+        self.photographs = _prepared(scene.photographs, settings.resize, features)
+        self.renderings = _prepared(scene.renderings, settings.resize, features)
+        self.maps = [resized_map(decoded(code), settings.resize) for code in scene.maps]
+        self.images = scene.images
+        self.captured = [moment.captured for moment in scene.moments]
+        moment_of = np.array(scene.moment_of)
+        self.rows = [np.flatnonzero(moment_of == moment) for moment in range(len(scene.moments))]
+        side = min(min(similarity.shape) for similarity in self.maps)
+        if side < settings.crop:
+            fault = f"its images have a side of {side} pixels after resizing, crops have {settings.crop}"
+            raise UserError(f"scene {scene.scene}", fault, "lower training.crop, or raise training.resize.pixels")
+
+
+def resized_map(values: npt.NDArray[np.float32], settings: ResizeSettings) -> Tensor:
+    """Resize a map ``[height, width]`` as its image."""
+    return resized(torch.from_numpy(values)[None, None], settings)[0, 0]
+
+
+def _prepared(
+    images: Sequence[npt.NDArray[np.uint8]], settings: ResizeSettings, features: Callable[[Tensor], Tensor] | None
+) -> list[Tensor]:
+    """Return the images' features; or their pixels as uint8, of which four times more fit in memory than as floats."""
+    tensors = (resized(to_tensor(image[None]), settings) for image in images)
+    if features is None:
+        return [(image[0] * 255.0).round().to(torch.uint8).permute(1, 2, 0) for image in tensors]
+    prepared: list[Tensor] = []
+    for _, group in itertools.groupby(tensors, key=lambda image: image.shape):
+        for batch in torch.split(torch.cat(list(group)), _ENCODING_BATCH):
+            prepared.extend(features(batch))
+    return prepared

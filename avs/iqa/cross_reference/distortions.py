@@ -1,0 +1,165 @@
+"""Distortion data of one scene on disk: renderings of its reconstruction, with their true SSIM maps.
+
+One safetensors file holds all that training needs of a scene: ``photograph/<i>`` ``[height, width, 3]`` uint8, image
+number i of the scene; ``rendering/<j>`` likewise; ``ssim/<j>`` ``[height, width]`` uint16, (SSIM + 1) * 32767 as in
+CrossScore's data; and a header of JSON: the moments of the reconstruction, and for each rendering its image and its
+moment.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import numpy.typing as npt
+import safetensors
+import safetensors.numpy
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from avs.system.errors import UserError
+from avs.system.files import atomic_path, canonical_json
+
+_FORMAT = "avs-renders-1"
+_REMEDY = "delete it and make the renderings again"
+_MAP_SCALE = 32767.0
+
+Image = npt.NDArray[np.uint8]
+CodedMap = npt.NDArray[np.uint16]
+
+
+class Moment(BaseModel):
+    """One state of a reconstruction."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    run: int = Field(description="number of the reconstruction, from 0")
+    iteration: int = Field(description="optimisation steps done")
+    captured: tuple[int, ...] = Field(description="numbers of the photographs it has seen, in order of capture")
+
+
+class _Header(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    format: str
+    scene: str
+    scene_hash: str
+    photographs: int
+    moments: tuple[Moment, ...]
+    images: tuple[int, ...]
+    moment_of: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Distortions:
+    """The distortion data of one scene.
+
+    Attributes:
+        scene: the scene's name.
+        scene_hash: its content hash.
+        photographs: ``[height, width, 3]`` uint8 each, every image of the scene.
+        moments: the states of the reconstructions.
+        renderings: ``[height, width, 3]`` uint8 each.
+        maps: ``[height, width]`` uint16 each, the coded SSIM map of each rendering; see ``decoded``.
+        images: for each rendering the number of its photograph.
+        moment_of: for each rendering the number of its moment.
+    """
+
+    scene: str
+    scene_hash: str
+    photographs: tuple[Image, ...]
+    moments: tuple[Moment, ...]
+    renderings: tuple[Image, ...]
+    maps: tuple[CodedMap, ...]
+    images: tuple[int, ...]
+    moment_of: tuple[int, ...]
+
+    def __len__(self) -> int:
+        """Return the number of renderings."""
+        return len(self.renderings)
+
+
+def coded(similarity: npt.NDArray[np.float64]) -> CodedMap:
+    """Return an SSIM map in -1..1 as 16-bit integers."""
+    return np.round((similarity + 1.0) * _MAP_SCALE).astype(np.uint16)
+
+
+def decoded(code: CodedMap) -> npt.NDArray[np.float32]:
+    """Return the SSIM map of a code, clipped to 0..1 as CrossScore's loader does."""
+    similarity: npt.NDArray[np.float32] = code.astype(np.float32) / np.float32(_MAP_SCALE) - np.float32(1.0)
+    return similarity.clip(0.0, 1.0)
+
+
+def write_distortions(path: Path, data: Distortions) -> None:
+    """Write ``data`` to ``path``, whole or not at all; equal data give equal bytes."""
+    header = _Header(
+        format=_FORMAT,
+        scene=data.scene,
+        scene_hash=data.scene_hash,
+        photographs=len(data.photographs),
+        moments=data.moments,
+        images=data.images,
+        moment_of=data.moment_of,
+    )
+    arrays: dict[str, npt.NDArray[Any]] = {f"photograph/{i}": image for i, image in enumerate(data.photographs)}
+    arrays |= {f"rendering/{j}": image for j, image in enumerate(data.renderings)}
+    arrays |= {f"ssim/{j}": code for j, code in enumerate(data.maps)}
+    contiguous = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
+    # safetensors keeps the entries of its metadata in no fixed order, hence a single one.
+    metadata = {"header": canonical_json(header.model_dump(mode="json"))}
+    with atomic_path(path) as temporary:
+        # save_file would put a file of its own there, readable by its owner alone
+        temporary.write_bytes(safetensors.numpy.save(contiguous, metadata=metadata))
+
+
+def read_distortions(path: Path) -> Distortions:
+    """Read what ``write_distortions`` wrote.
+
+    Raises:
+        UserError: the file is missing, truncated, not safetensors, or its parts contradict each other.
+    """
+    try:
+        with safetensors.safe_open(path, framework="numpy") as file:
+            header = _Header.model_validate_json((file.metadata() or {}).get("header", "{}"))
+            if header.format != _FORMAT:
+                raise UserError(path, f"format {header.format!r}, expected {_FORMAT!r}", _REMEDY)
+            count = len(header.images)
+            data = Distortions(
+                scene=header.scene,
+                scene_hash=header.scene_hash,
+                photographs=tuple(cast(Image, file.get_tensor(f"photograph/{i}")) for i in range(header.photographs)),
+                moments=header.moments,
+                renderings=tuple(cast(Image, file.get_tensor(f"rendering/{j}")) for j in range(count)),
+                maps=tuple(cast(CodedMap, file.get_tensor(f"ssim/{j}")) for j in range(count)),
+                images=header.images,
+                moment_of=header.moment_of,
+            )
+    except FileNotFoundError as error:
+        raise UserError(path, "no such file", "make the renderings first") from error
+    except ValidationError as error:
+        raise UserError(
+            path, "not distortion data of this program (its header is missing or damaged)", _REMEDY
+        ) from error
+    except (OSError, safetensors.SafetensorError) as error:
+        raise UserError(path, f"not readable distortion data ({error})", _REMEDY) from error
+    _check(path, data)
+    return data
+
+
+def _check(path: Path, data: Distortions) -> None:
+    """Refuse data whose numbers or sizes do not fit together."""
+    sizes_agree = all(
+        rendering.shape == data.photographs[image].shape and code.shape == rendering.shape[:2]
+        for rendering, code, image in zip(data.renderings, data.maps, data.images, strict=True)
+        if 0 <= image < len(data.photographs)
+    )
+    numbers = (*data.images, *(image for moment in data.moments for image in moment.captured))
+    if (
+        not data.renderings
+        or not sizes_agree
+        or not all(0 <= number < len(data.photographs) for number in numbers)
+        or len(data.moment_of) != len(data.images)
+        or not all(0 <= number < len(data.moments) for number in data.moment_of)
+    ):
+        raise UserError(path, "its renderings, photographs and moments do not fit together", _REMEDY)

@@ -1,0 +1,127 @@
+"""Making of distortion data: a training scene is reconstructed step by step, and rendered on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from avs.iqa.cross_reference.distortions import CodedMap, Distortions, Image, Moment, coded, write_distortions
+from avs.iqa.cross_reference.scorer_settings import RenderSettings
+from avs.representations.base import Representation
+from avs.representations.gaussians.gaussian_settings import GaussianSettings
+from avs.scene.cameras import Cameras, IndexArray
+from avs.scene.sampling import initial_views
+from avs.scene.scene import Scene, read_scene
+from avs.system.errors import UserError
+from metrics.image import ssim_map
+
+_INITIAL_VIEWS = 4
+
+Builder = Callable[[IndexArray, int], Representation]
+"""Makes an untrained representation, given the indices of the first captured views and a seed."""
+
+Progress = Callable[[str], None]
+"""Takes one line about each step."""
+
+
+class RenderJob(BaseModel):
+    """What the making of distortion data reads of the configuration."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    device: Literal["cpu", "cuda"] = Field(default="cpu", description="where the reconstruction runs")
+    representation: GaussianSettings = Field(description="the reconstruction")
+    renders: RenderSettings = Field(description="when it is rendered")
+
+
+def make_renders(scene_folder: Path, out: Path, job: RenderJob, seed: int, progress: Progress) -> None:
+    """Reconstruct the scene in ``scene_folder`` with Gaussian splatting and write its distortion data to ``out``.
+
+    Raises:
+        UserError: the scene is damaged or has too few views.
+    """
+    from avs.representations.gaussians.splats import build
+
+    scene = read_scene(scene_folder)
+
+    def builder(captured: IndexArray, run_seed: int) -> Representation:
+        return build(scene, captured, job.representation, run_seed, job.device)
+
+    write_distortions(out, collect(scene, builder, job.renders, seed, progress))
+
+
+def collect(scene: Scene, build: Builder, settings: RenderSettings, seed: int, progress: Progress) -> Distortions:
+    """Reconstruct ``scene`` once per run and keep renderings with their SSIM maps.
+
+    Every image of the scene can be captured, its test images too: nothing is evaluated on this scene. At each moment
+    captured and other views are rendered, in the order of the scene. Knows no representation by name.
+
+    Raises:
+        UserError: the scene has no view beyond the last moment's captured ones, or an image is damaged.
+    """
+    count = len(scene.names)
+    if count <= settings.views[-1]:
+        fault = f"has {count} images, of which {settings.views[-1]} are captured at the last moment"
+        raise UserError(f"scene {scene.name}", fault, "add images, or lower renders.views")
+    photographs = scene.views(np.arange(count))
+    moments: list[Moment] = []
+    renderings: list[Image] = []
+    maps: list[CodedMap] = []
+    images: list[int] = []
+    moment_of: list[int] = []
+    for run in range(settings.runs):
+        for moment, representation, shown in _moments(scene, build, settings, seed, run):
+            rendered = _rendered(representation, photographs.cameras[shown])
+            similarity = [ssim_map(image, photographs.images[i]) for image, i in zip(rendered, shown, strict=True)]
+            renderings += rendered
+            maps += [coded(values) for values in similarity]
+            images += shown.tolist()
+            moment_of += [len(moments)] * len(shown)
+            moments.append(moment)
+            state = f"{len(moment.captured)} views, {moment.iteration} steps, SSIM {np.mean(similarity):.3f}"
+            progress(f"{scene.name}, run {run + 1} of {settings.runs}: {state}")
+    return Distortions(
+        scene=scene.name,
+        scene_hash=scene.content_hash,
+        photographs=photographs.images,
+        moments=tuple(moments),
+        renderings=tuple(renderings),
+        maps=tuple(maps),
+        images=tuple(images),
+        moment_of=tuple(moment_of),
+    )
+
+
+def _moments(
+    scene: Scene, build: Builder, settings: RenderSettings, seed: int, run: int
+) -> Iterator[tuple[Moment, Representation, IndexArray]]:
+    """Yield the states of one reconstruction, and which images are to be rendered then, ascending."""
+    rng = np.random.default_rng([seed, run])
+    order = _capture_order(scene, rng)
+    representation = build(order[: settings.views[0]], int(rng.integers(2**63)))
+    done = 0
+    for views, iteration in zip(settings.views, settings.iterations, strict=True):
+        representation.fit(scene.views(order[:views]), iteration - done)
+        done = iteration
+        shown = np.sort(rng.permutation(len(order))[: settings.cameras])
+        yield Moment(run=run, iteration=iteration, captured=tuple(order[:views].tolist())), representation, shown
+
+
+def _capture_order(scene: Scene, rng: np.random.Generator) -> IndexArray:
+    """Return all images: as an episode begins, four by farthest-view sampling from a random one on; then at random."""
+    count = len(scene.names)
+    first = initial_views(scene.cameras.centers, min(_INITIAL_VIEWS, count), int(rng.integers(count)))
+    return np.concatenate([first, rng.permutation(np.setdiff1d(np.arange(count), first))])
+
+
+def _rendered(representation: Representation, cameras: Cameras) -> list[Image]:
+    """Return the 8-bit renderings of ``cameras``, in their order."""
+    found: dict[int, Image] = {}
+    for _, rows in cameras.by_size():
+        for row, rgb in zip(rows.tolist(), representation.render(cameras[rows]).rgb, strict=True):
+            found[row] = np.round(np.clip(rgb, 0.0, 1.0) * 255.0).astype(np.uint8)
+    return [found[row] for row in range(len(cameras))]

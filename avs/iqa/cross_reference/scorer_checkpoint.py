@@ -1,0 +1,91 @@
+"""A trained scorer on disk: a safetensors file whose header says which network it holds; or CrossScore's checkpoint."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import safetensors
+import safetensors.torch
+from pydantic import TypeAdapter, ValidationError
+
+from avs.iqa.cross_reference.crossscore import is_archive, read_crossscore
+from avs.iqa.cross_reference.network import CrossReferenceNetwork, build_network
+from avs.iqa.cross_reference.scorer_settings import AnyNetwork
+from avs.system.errors import UserError
+from avs.system.files import atomic_path, canonical_json
+from avs.system.weights.cache import damage, find
+
+_FORMAT = "avs-cross-reference-1"
+_NETWORK: TypeAdapter[AnyNetwork] = TypeAdapter(AnyNetwork)
+_REMEDY = "delete it and train the scorer again"
+
+
+def save_network(path: Path, network: CrossReferenceNetwork) -> None:
+    """Write the weights and the architecture to ``path``, whole or not at all; equal networks give equal bytes."""
+    state = {key: value.detach().cpu().contiguous() for key, value in network.state_dict().items()}
+    # safetensors keeps the entries of its header in no fixed order, hence a single one.
+    header = {"network": canonical_json({"format": _FORMAT, "settings": network.settings.model_dump(mode="json")})}
+    with atomic_path(path) as temporary:
+        # save_file would put a file of its own there, readable by its owner alone
+        temporary.write_bytes(safetensors.torch.save(state, metadata=header))
+
+
+def load_network(path: Path, backbone: str | None = None) -> CrossReferenceNetwork:
+    """Read a network that ``save_network`` wrote, or CrossScore's published checkpoint, in evaluation mode.
+
+    Args:
+        path: the file; its first bytes tell which of the two it is.
+        backbone: refuse a network on another backbone than this.
+
+    Raises:
+        UserError: the file is missing, truncated, a pickle, or not a scorer; its weights do not fit its header; it is a
+            checkpoint that has not the published one's hash; or its backbone is not the one asked for.
+    """
+    try:
+        network = _read_published(path) if is_archive(path) else _read(path)
+    except FileNotFoundError as error:
+        raise UserError(path, "no such file", "train the scorer first") from error
+    if backbone not in (None, network.settings.backbone):
+        fault = f"holds a network on {network.settings.backbone}, where {backbone} is needed"
+        raise UserError(path, fault, "pass the weights of the scorer that the method names")
+    return network
+
+
+def _read_published(path: Path) -> CrossReferenceNetwork:
+    """Read CrossScore's checkpoint, once its length and hash are found to be the published ones."""
+    fault = damage(find("crossscore"), path)
+    if fault is not None:
+        raise UserError(path, f"not CrossScore's published checkpoint ({fault})", "run: avs weights fetch crossscore")
+    return read_crossscore(path)
+
+
+def _read(path: Path) -> CrossReferenceNetwork:
+    """Read what ``save_network`` wrote."""
+    try:
+        with safetensors.safe_open(path, framework="pt") as file:
+            metadata = file.metadata() or {}
+            state = {key: file.get_tensor(key) for key in file.keys()}  # noqa: SIM118 (not a dictionary)
+    except (OSError, safetensors.SafetensorError) as error:
+        raise UserError(path, f"not a readable safetensors file ({error})", _REMEDY) from error
+    network = build_network(_settings(path, metadata), seed=0).eval()
+    try:
+        network.load_state_dict(state)
+    except RuntimeError as error:
+        first = [line.strip() for line in str(error).splitlines()][1:2]
+        fault = f"its weights do not fit the architecture of its header ({''.join(first)[:120]})"
+        raise UserError(path, fault, _REMEDY) from error
+    return network
+
+
+def _settings(path: Path, metadata: dict[str, str]) -> AnyNetwork:
+    try:
+        header = json.loads(metadata["network"])
+        if header["format"] != _FORMAT:
+            raise UserError(path, f"format {header['format']!r}, expected {_FORMAT!r}", _REMEDY)
+        return _NETWORK.validate_python(header["settings"])
+    except (KeyError, TypeError, ValueError) as error:
+        # pydantic's ValidationError is a ValueError too, of several lines
+        first = error.errors()[0] if isinstance(error, ValidationError) else None
+        detail = f"{'.'.join(map(str, first['loc']))}: {first['msg']}" if first else "its header is missing or damaged"
+        raise UserError(path, f"not a scorer of this program ({detail})", _REMEDY) from error

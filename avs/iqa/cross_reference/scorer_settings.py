@@ -1,0 +1,167 @@
+"""Settings of the cross-reference scorer. Imports no torch, so that the workflow can read them quickly."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Annotated, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
+
+from avs.iqa.resizing import ResizeSettings
+
+BACKBONE_OF = {"repvit": "repvit_m0_9", "dinov2": "vit_small_patch14_dinov2"}
+"""The scorers that a run can train, and the image encoder that gives each its name."""
+
+PUBLISHED = {"dinov2": "crossscore"}
+"""Scorers that others have trained and published, by their names in the manifest of ``avs.system.weights``."""
+
+Precision = Literal["float32", "bfloat16"]
+"""Numbers that a scorer computes with."""
+
+PATCH = 14
+"""Pixels along a side of the square that one token describes, as in DINOv2 and CrossScore."""
+
+
+class _Settings(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class ReferenceSettings(_Settings):
+    """Which captured photographs an image is compared with."""
+
+    count: PositiveInt = Field(default=5, description="number of reference images for one query image")
+    choice: Literal["random", "nearest"] = Field(
+        default="random",
+        description="drawn anew for each query image, or those whose camera centres are nearest to its own",
+    )
+    pad: Literal["none", "black"] = Field(
+        default="none",
+        description="when photographs are too few: use those there are, or fill up with black images as CrossScore",
+    )
+
+
+class NetworkSettings(_Settings):
+    """Architecture behind the backbone. Everything that a checkpoint must agree with."""
+
+    backbone: str = Field(description="image encoder")
+    channels: PositiveInt = Field(default=256, description="width of a token")
+    layers: PositiveInt = Field(default=2, description="decoder layers")
+    heads: PositiveInt = Field(default=8, description="attention heads; divides `channels`")
+    hidden: PositiveInt = Field(default=256, description="width of the decoder's feed-forward layers")
+    position_size: int = Field(default=40, ge=2, description="side of the grid of random position codes")
+    position_seed: NonNegativeInt = Field(default=0, description="seed of the position codes")
+
+    @model_validator(mode="after")
+    def _heads_divide(self) -> Self:
+        if self.channels % self.heads:
+            raise ValueError(f"heads ({self.heads}) must divide channels ({self.channels})")
+        return self
+
+
+class RepViTSettings(NetworkSettings):
+    """The network of Ours-RepViT: four feature maps, each projected to the width of a token."""
+
+    backbone: Literal["repvit_m0_9"] = Field(default="repvit_m0_9", description="image encoder")
+    taps: Literal["A", "B"] = Field(
+        default="A",
+        description="RepViT's layers '2, 6, 22, 25': A counts the 26 blocks from 0 without the stem, B with the stem",
+    )
+
+
+class DINOv2Settings(NetworkSettings):
+    """The network of CrossScore and Ours-DINOv2: the backbone's own tokens, not projected."""
+
+    backbone: Literal["vit_small_patch14_dinov2"] = Field(
+        default="vit_small_patch14_dinov2", description="image encoder"
+    )
+    channels: Literal[384] = Field(default=384, description="width of a token, the backbone's")
+    hidden: PositiveInt = Field(default=384, description="width of the decoder's feed-forward layers")
+
+
+AnyNetwork = Annotated[RepViTSettings | DINOv2Settings, Field(discriminator="backbone")]
+
+
+class RenderSettings(_Settings):
+    """Distortion data: when a training scene is rendered while it is being reconstructed.
+
+    A run begins with farthest-view sampling, like an episode, and adds views at random between the moments; so the
+    artefacts are those that a selector meets. CrossScore renders at 1000, 7000 and 15000 steps of one run on all views.
+    """
+
+    views: tuple[Annotated[int, Field(ge=2)], ...] = Field(
+        default=(4, 6, 8, 12, 16, 20), min_length=1, description="number of captured views at each moment, ascending"
+    )
+    iterations: tuple[PositiveInt, ...] = Field(
+        default=(400, 1500, 3000, 7200, 13000, 20000), min_length=1, description="optimisation steps at each moment"
+    )
+    runs: PositiveInt = Field(default=1, description="reconstructions of the scene, with different views")
+    cameras: PositiveInt = Field(default=64, description="most images rendered at one moment, sampled from all views")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if len(self.views) != len(self.iterations):
+            raise ValueError(f"views has {len(self.views)} entries, iterations {len(self.iterations)}")
+        if any(later < earlier for earlier, later in pairwise(self.views)):
+            raise ValueError("views must not descend")
+        if any(later <= earlier for earlier, later in pairwise(self.iterations)):
+            raise ValueError("iterations must ascend")
+        return self
+
+
+class TrainingSettings(_Settings):
+    """Optimisation of the network. The length is in steps, never in seconds, so that a run can be repeated."""
+
+    backbone_weights: Literal["auto", "pretrained", "scratch"] = Field(
+        default="auto",
+        description="pretrained weights from a local file if there is one, always (else it is an error), or never",
+    )
+    backbone_tag: str | None = Field(
+        default=None, description="which of timm's weights of the backbone; null: dist_450e_in1k, lvd142m for DINOv2"
+    )
+    backbone_frozen: bool | None = Field(
+        default=None, description="keep the backbone as it is; null: keep it if and only if it is pretrained"
+    )
+    cache_features: bool = Field(
+        default=False,
+        description="with a frozen backbone: encode whole images once and crop their features, where CrossScore "
+        "encodes each crop anew; far faster, but all features lie in memory",
+    )
+    resize: ResizeSettings = Field(
+        default=ResizeSettings(side="short", pixels=540), description="size of the images before they are cropped"
+    )
+    crop: int = Field(default=518, ge=PATCH, multiple_of=PATCH, description="side of the square crops in pixels")
+    references: ReferenceSettings = Field(default=ReferenceSettings(), description="reference images of a query")
+    reference_pool: Literal["scene", "captured"] = Field(
+        default="scene",
+        description="references are drawn from all photographs of the scene, or from those its reconstruction has seen",
+    )
+    steps: PositiveInt = Field(default=20000, description="optimisation steps")
+    batch: PositiveInt = Field(default=128, description="query images in a step")
+    queries_per_set: PositiveInt = Field(
+        default=1, description="query images of one scene that share a set of references in a step; divides `batch`"
+    )
+    learning_rate: PositiveFloat = Field(default=5e-4, description="of AdamW, weight decay 0.01")
+    schedule: Literal["constant", "cosine"] = Field(
+        default="constant", description="learning rate over the steps: constant as in the paper, or a half cosine to 0"
+    )
+    warmup: NonNegativeInt = Field(default=0, description="first steps, over which the learning rate grows linearly")
+    evaluations: PositiveInt = Field(default=5, description="number of times the held-out error is measured")
+
+    @model_validator(mode="after")
+    def _sets_divide(self) -> Self:
+        if self.batch % self.queries_per_set:
+            raise ValueError(f"queries_per_set ({self.queries_per_set}) must divide batch ({self.batch})")
+        return self
+
+
+class ScorerSettings(_Settings):
+    """One trained scorer."""
+
+    published: bool = Field(
+        default=True,
+        description="where published weights of this scorer are at hand (see `avs weights list`), use them and do not "
+        "train; there are some for dinov2, CrossScore's",
+    )
+    network: AnyNetwork = Field(default=RepViTSettings(), description="architecture, named by its backbone")
+    training: TrainingSettings = Field(default=TrainingSettings(), description="optimisation")
+    seed: NonNegativeInt = Field(default=0, description="of the initial weights and of every random choice in training")

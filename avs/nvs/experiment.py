@@ -1,0 +1,196 @@
+"""Puts an episode together: the scene, the reconstruction and the method that the settings name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from avs.nvs.evaluation import Evaluator
+from avs.nvs.loop import Builder, Identity, Plan, Progress, run
+from avs.nvs.program import ListedViews, read_views
+from avs.nvs.protocol import ProtocolSettings
+from avs.nvs.record import Episode
+from avs.representations.base import Representation
+from avs.representations.gaussians.gaussian_settings import GaussianSettings
+from avs.representations.gaussians.ply import write_ply
+from avs.representations.gaussians.splats import GaussianSplats, build
+from avs.scene.cameras import IndexArray
+from avs.scene.scene import Scene, read_scene
+from avs.selection import registry
+from avs.selection.contract import Method, PreparesRepresentation, Resources, Settings
+from avs.system.errors import UserError
+from avs.system.files import file_hash
+from avs.system.records import read_record, write_record
+from avs.system.seeds import seed_of
+
+
+class EpisodeSettings(BaseModel):
+    """What an episode reads of the configuration."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    method: str = Field(description="identifier of the selection method")
+    device: Literal["cpu", "cuda"] = Field(description="where the reconstruction and networks run")
+    protocol: ProtocolSettings = Field(description="the loop")
+    representation: GaussianSettings = Field(description="the reconstruction")
+    selector: dict[str, Any] = Field(description="settings of the method")
+
+
+def run_episode(
+    scene_folder: Path,
+    settings: EpisodeSettings,
+    seed: int,
+    weights: Path | None,
+    out: Path,
+    progress: Progress,
+    views: Path | None = None,
+) -> None:
+    """Run one episode and write ``episode.json``, ``episode.meta.json`` and ``splats.ply`` to the folder ``out``.
+
+    Args:
+        scene_folder: a scene, as ``avs.scene.scene`` writes it.
+        settings: the method, the loop and the reconstruction.
+        seed: seed of the reconstruction and of random choices.
+        weights: checkpoint of the scorer that the method names, or None.
+        out: folder of the results.
+        progress: is told one line about each step.
+        views: the choice of a method that is a program of its own (``avs.nvs.program.ViewList``), or None.
+
+    Raises:
+        UserError: see ``avs.nvs.loop.run``; or the device or the weights are not there.
+    """
+    check_device(settings.device)
+    scene = read_scene(scene_folder)
+    method = registry.find(settings.method).method if views is None else _program(settings, scene, views)
+    # A program reads its settings by itself; they are recorded as they are.
+    checked = registry.create_settings(settings.method, settings.selector) if views is None else Settings()
+    identity = Identity(
+        method=settings.method,
+        label=method.label,
+        group=method.group,
+        higher_is_worse=method.higher_is_worse,
+        seed=seed,
+        representation=settings.representation.model_dump(mode="json"),
+        selector=settings.selector if views is not None else checked.model_dump(mode="json"),
+        weights_hash=None if weights is None else file_hash(weights),
+        weights_file=None if weights is None else weights.name,
+    )
+    plan = Plan(
+        scene=scene,
+        protocol=settings.protocol,
+        identity=identity,
+        selector=method.selector(checked, Resources(weights, settings.device)),
+        build=builder(scene, settings.representation, seed, settings.device),
+        evaluate=Evaluator(scene, settings.protocol.lpips, settings.device),
+        progress=lambda line: progress(f"{scene.name}, {method.label}, seed {seed}: {line}"),
+        device=settings.device,
+        oracle=method.oracle,
+    )
+    _write(out, *run(plan))
+
+
+def replay_episode(
+    scene_folder: Path, episode: Path, device: Literal["cpu", "cuda"], out: Path, progress: Progress
+) -> None:
+    """Run an episode again on the views that it selected, without its scores; the curve comes out the same.
+
+    Args:
+        scene_folder: the scene of the episode.
+        episode: an ``episode.json``, possibly with another list of selected views, edited by hand.
+        device: where to run.
+        out: folder of the results, as in ``run_episode``.
+        progress: is told one line about each step.
+
+    Raises:
+        UserError: the record is damaged, belongs to another scene, or selects a view that is not a candidate.
+    """
+    check_device(device)
+    recorded = read_record(episode, Episode)
+    scene = read_scene(scene_folder)
+    if scene.content_hash != recorded.scene_hash:
+        raise UserError(episode, f"was recorded on another scene than {scene_folder}", "pass the scene it was run on")
+    settings = GaussianSettings.model_validate(recorded.representation)
+    protocol = ProtocolSettings.model_validate(recorded.protocol)
+    plan = Plan(
+        scene=scene,
+        protocol=protocol,
+        identity=Identity(
+            method="replay",
+            label=f"Replay of {recorded.label}",
+            group=recorded.group,
+            higher_is_worse=recorded.higher_is_worse,
+            seed=recorded.seed,
+            representation=recorded.representation,
+            selector={},
+        ),
+        selector=ListedViews(scene, recorded.initial, recorded.selected, episode),
+        build=_prepared(builder(scene, settings, recorded.seed, device), recorded, device),
+        evaluate=Evaluator(scene, protocol.lpips, device),
+        progress=lambda line: progress(f"{scene.name}, replay: {line}"),
+        device=device,
+    )
+    _write(out, *run(plan))
+
+
+def _program(settings: EpisodeSettings, scene: Scene, views: Path) -> Method:
+    """Return the method that follows the list of views which a program wrote."""
+    listed, selector = read_views(views, scene, settings.protocol)
+    return Method(
+        label=listed.label,
+        group=listed.group,
+        source=f"The program that wrote {views.name}.",
+        higher_is_worse=False,
+        build=lambda settings, resources: selector,
+    )
+
+
+def check_device(device: str) -> None:
+    """Refuse ``cuda`` where there is no GPU that torch can use.
+
+    Raises:
+        UserError: there is none.
+    """
+    import torch
+
+    if device == "cuda" and not torch.cuda.is_available():
+        raise UserError("device cuda", "torch finds no GPU here", "set device: cpu, or run where there is one")
+
+
+def builder(scene: Scene, settings: GaussianSettings, seed: int, device: str) -> Builder:
+    """Return what builds the reconstruction; its seed leaves the method out, so that all methods start alike."""
+
+    def make(captured: IndexArray) -> Representation:
+        return build(scene, captured, settings, seed_of("reconstruction", scene.name, seed), device)
+
+    return make
+
+
+def _prepared(build: Builder, recorded: Episode, device: str) -> Builder:
+    """Return ``build`` with what the recorded method did to each reconstruction before it was fitted, if anything.
+
+    A method that needs weights is not asked: none of them changes the reconstruction, and the weights may be elsewhere.
+    """
+    registered = registry.methods().get(recorded.method)
+    if registered is None or registered.method.scorer is not None or registered.method.pretrained:
+        return build
+    settings = registry.create_settings(recorded.method, recorded.selector)
+    selector = registered.method.selector(settings, Resources(device=device))
+    if not isinstance(selector, PreparesRepresentation):
+        return build
+
+    def make(captured: IndexArray) -> Representation:
+        representation = build(captured)
+        selector.prepare(representation)
+        return representation
+
+    return make
+
+
+def _write(out: Path, record: Episode, meta: BaseModel, representation: Representation) -> None:
+    """Write the reconstruction and both records; ``episode.json`` comes last, so that it vouches for the others."""
+    if isinstance(representation, GaussianSplats):
+        write_ply(out / "splats.ply", representation.parameters)
+    write_record(out / "episode.meta.json", meta)
+    write_record(out / "episode.json", record)

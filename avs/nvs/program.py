@@ -1,0 +1,74 @@
+"""Episodes on views that a file lists: a replay, or the choice of a program that is no part of this suite."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from avs.nvs.protocol import ProtocolSettings
+from avs.scene.sampling import initial_views
+from avs.scene.scene import Scene
+from avs.selection.contract import Selection, State
+from avs.system.errors import UserError
+from avs.system.records import read_record
+
+
+class ViewList(BaseModel):
+    """``views.json``: what a program writes that chooses all views by itself."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    label: str = Field(min_length=1, description="printed name of the method")
+    group: str = Field(default="2D-based", min_length=1, description="row group in the tables")
+    views: list[str] = Field(
+        min_length=1,
+        description="image names in order of preference; those captured already are passed over, those that the budget "
+        "does not reach are left out",
+    )
+
+
+class ListedViews:
+    """A selector that takes the listed views one after another, without scores."""
+
+    def __init__(self, scene: Scene, initial: Sequence[str], selected: Sequence[str], source: Path) -> None:
+        """Take the image names before the first selection, and those to select; ``source`` names the list in errors."""
+        self._candidates = [scene.names[index] for index in scene.pool if scene.names[index] not in initial]
+        self._waiting = list(selected)
+        self._source = source
+
+    def select(self, state: State, k: int) -> Selection:
+        """Return the next ``k`` listed views.
+
+        Raises:
+            UserError: the list is too short, or names something else than a candidate.
+        """
+        names, self._waiting = self._waiting[:k], self._waiting[k:]
+        if len(names) < k:
+            raise UserError(
+                self._source, f"lists too few views at step {state.step}", "list as many as the budget asks"
+            )
+        unknown = [name for name in names if name not in self._candidates]
+        if unknown:
+            raise UserError(
+                self._source, f"{unknown[0]} is not a candidate at step {state.step}", "mend the list of views"
+            )
+        rows = np.array([self._candidates.index(name) for name in names], dtype=np.int64)
+        self._candidates = [name for name in self._candidates if name not in names]
+        return Selection(rows, None)
+
+
+def read_views(path: Path, scene: Scene, protocol: ProtocolSettings) -> tuple[ViewList, ListedViews]:
+    """Read ``views.json`` and return it with a selector that follows it.
+
+    Raises:
+        UserError: the file is missing or does not follow the schema.
+    """
+    listed = read_record(path, ViewList)
+    pool = scene.pool
+    rows = pool[initial_views(scene.cameras[pool].centers, protocol.initial_views, protocol.initial_start)]
+    initial = [scene.names[row] for row in rows]
+    selected = [name for name in dict.fromkeys(listed.views) if name not in initial]
+    return listed, ListedViews(scene, initial, selected, path)

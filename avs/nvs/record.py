@@ -1,0 +1,119 @@
+"""The episode record: two files, typed, schema-versioned.
+
+``episode.json`` is deterministic: the same code, settings, scene and seed give the same bytes. ``episode.meta.json``
+holds what differs from run to run. Tables are computed from these files and nothing else.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class _Record(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class ImageMetrics(_Record):
+    """Metrics of one test image against its photograph."""
+
+    name: str = Field(description="image file name")
+    psnr: float = Field(description="decibels, over all pixels and channels")
+    psnr_per_channel: float = Field(
+        description="decibels, mean of the three channels' PSNR, as FisherRF's loop prints it"
+    )
+    ssim: float = Field(description="structural similarity, 11x11 Gaussian window, sigma 1.5, zero padding")
+    lpips: float | None = Field(description="LPIPS, or null where its weights are absent (see Episode.absent)")
+
+
+class CurvePoint(_Record):
+    """The test metrics at one moment: before a selection, or at the end."""
+
+    iteration: int = Field(description="optimisation steps done so far")
+    views: int = Field(description="number of captured views")
+    primitives: int = Field(description="number of Gaussians")
+    images: list[ImageMetrics] = Field(description="one entry per test image, by name")
+
+
+class StepTruth(_Record):
+    """What the hidden photographs say of the candidates of one selection, in their order; no method sees it."""
+
+    psnr: list[float] | None = Field(
+        description="decibels, each candidate's current rendering against its photograph; null if not measured"
+    )
+    ssim: list[float] | None = Field(description="structural similarity of the same pairs")
+    gain: list[float | None] | None = Field(
+        description="decibels by which the mean test PSNR is higher if a copy of the reconstruction is fitted with the "
+        "candidate than without it; null for candidates that are not in the sample, and for all if not measured"
+    )
+
+
+class Step(_Record):
+    """One selection."""
+
+    step: int = Field(description="from 0")
+    iteration: int = Field(description="optimisation steps done before the selection")
+    primitives: int = Field(description="number of Gaussians")
+    candidates: list[str] = Field(description="image names of the candidates, in pool order")
+    scores: list[float | None] | None = Field(
+        description="one score per candidate, null for those that a method of samples left out; null in a replay"
+    )
+    chosen: list[str] = Field(description="image names, in order of preference")
+    truth: StepTruth | None = Field(default=None, description="null where it was not measured (see protocol.truth)")
+
+
+class Episode(_Record):
+    """``episode.json``: one run of one method on one scene with one seed."""
+
+    schema_version: Literal[1] = 1
+    scene: str
+    dataset: str
+    scene_hash: str = Field(description="content hash of the scene")
+    method: str = Field(description="identifier, such as fisherrf; 'replay' in a replay")
+    label: str = Field(description="printed name, such as FisherRF")
+    group: str = Field(description="row group of the table, such as 3D-based")
+    higher_is_worse: bool = Field(description="whether the largest score was chosen")
+    seed: int
+    protocol: dict[str, Any] = Field(description="the settings of the loop")
+    representation: dict[str, Any] = Field(description="the settings of the reconstruction")
+    selector: dict[str, Any] = Field(description="the settings of the method")
+    weights_hash: str | None = Field(description="SHA-256 of the scorer's weights, or null")
+    weights_file: str | None = Field(
+        default=None, description="their file name: weights.safetensors if the run trained them, else a published one's"
+    )
+    initial: list[str] = Field(description="the views before the first selection")
+    selected: list[str] = Field(description="the views selected, in order")
+    budget: int = Field(description="views at the end")
+    notes: list[str] = Field(description="deviations that the table repeats, such as a capped budget")
+    absent: dict[str, str] = Field(description="metrics that could not be computed, with the reason")
+    steps: list[Step]
+    curve: list[CurvePoint] = Field(description="before each selection and at the end")
+
+
+class StepTimes(_Record):
+    """Measured at one selection."""
+
+    render_seconds: float
+    score_seconds: float = Field(description="selection time without rendering")
+    total_seconds: float
+    fit_seconds: float = Field(description="optimisation before the selection")
+    truth_seconds: float = Field(default=0.0, description="measuring the truth after the selection, no part of it")
+    peak_memory_bytes: int = Field(
+        description="peak resident memory of the process so far; on CUDA the allocator's peak"
+    )
+
+
+class EpisodeMeta(_Record):
+    """``episode.meta.json``: what differs from run to run."""
+
+    schema_version: Literal[1] = 1
+    steps: list[StepTimes]
+    total_seconds: float
+    peak_memory_bytes: int
+    device: str
+    machine: dict[str, str] = Field(description="processor, cores, operating system")
+    packages: dict[str, str] = Field(description="versions of the packages that compute")
+    revision: str | None = Field(description="git revision of the code, with '+' where the tree had changes")
+    started: str = Field(description="ISO 8601, UTC")
+    finished: str

@@ -1,0 +1,126 @@
+"""Curves of test PSNR over views, for figures: which scenes are averaged, and what the band means."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from avs.nvs.record import Episode
+from avs.report.collect import Cell, Episodes, image_mean
+from avs.selection.contract import ORACLE
+from metrics.statistics import paired_bootstrap
+
+CONFIDENCE = 0.95
+"""Probability content of the bands, as of the intervals in the tables."""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One method in one panel.
+
+    Attributes:
+        method: identifier.
+        label: printed name.
+        views: ``[n]`` numbers of captured views, ascending.
+        mean: ``[n]`` decibels, mean over seeds and scenes.
+        difference: ``[n]`` decibels, mean difference to the mean of the methods in the same scene with the same seed;
+            oracles are no part of that mean.
+        low: ``[n]`` lower end of the bootstrap interval of ``difference``; None with one scene and one seed.
+        high: ``[n]`` its upper end, or None.
+    """
+
+    method: str
+    label: str
+    views: npt.NDArray[np.int64]
+    mean: npt.NDArray[np.float64]
+    difference: npt.NDArray[np.float64]
+    low: npt.NDArray[np.float64] | None
+    high: npt.NDArray[np.float64] | None
+
+
+@dataclass(frozen=True)
+class Panel:
+    """The scenes of one data set that share a budget.
+
+    Attributes:
+        title: data set, number of scenes and of seeds.
+        curves: one for each method, all over the same scenes and seeds.
+    """
+
+    title: str
+    curves: list[Curve]
+
+
+def panels(episodes: Episodes) -> list[Panel]:
+    """Return one panel for each budget of a data set, largest first.
+
+    Scenes with different budgets are not averaged: a curve whose later points lack the scenes that ended would jump
+    where they end. Every method is averaged over the scenes and seeds that all methods of the panel have, so that
+    curves can be compared.
+    """
+    budgets = sorted({episode.budget for episode in episodes.all}, reverse=True)
+    found = (_panel(episodes, budget) for budget in budgets)
+    return [panel for panel in found if panel is not None]
+
+
+def _panel(episodes: Episodes, budget: int) -> Panel | None:
+    cells = {
+        method: {cell: episode for cell, episode in of_method.items() if episode.budget == budget}
+        for method, of_method in episodes.cells.items()
+    }
+    cells = {method: of_method for method, of_method in cells.items() if of_method}
+    shared = sorted(set.intersection(*(set(of_method) for of_method in cells.values())))
+    if not shared:
+        return None
+    scenes, seeds = {scene for scene, _ in shared}, {seed for _, seed in shared}
+    names = f"{len(scenes)} scenes" if len(scenes) > 1 else next(iter(scenes))
+    title = f"{episodes.dataset}: {names}, {len(seeds)} seed{'s' if len(seeds) > 1 else ''}"
+    psnr = {method: {cell: _psnr_by_views(of_method[cell]) for cell in shared} for method, of_method in cells.items()}
+    labels = {method: next(iter(of_method.values())).label for method, of_method in cells.items()}
+    ranked = {method: psnr[method] for method, of_method in cells.items() if of_method[shared[0]].group != ORACLE}
+    reference = list((ranked or psnr).values())
+    return Panel(title, [_curve(method, labels[method], psnr[method], reference, shared) for method in cells])
+
+
+def _curve(
+    method: str,
+    label: str,
+    own: dict[Cell, dict[int, float]],
+    methods: list[dict[Cell, dict[int, float]]],
+    cells: list[Cell],
+) -> Curve:
+    # An oracle may be measured at numbers of views at which no method is.
+    views = sorted(
+        set.intersection(*(own[cell].keys() & {n for of_method in methods for n in of_method[cell]} for cell in cells))
+    )
+    scenes = sorted({scene for scene, _ in cells})
+    mean, difference, bands = [], [], []
+    for number in views:
+        # Methods that add several views at once lack some numbers of views.
+        reference = {
+            cell: np.mean([of_method[cell][number] for of_method in methods if number in of_method[cell]])
+            for cell in cells
+        }
+        by_scene = [[own[cell][number] for cell in cells if cell[0] == scene] for scene in scenes]
+        centred = [[own[cell][number] - reference[cell] for cell in cells if cell[0] == scene] for scene in scenes]
+        mean.append(np.mean([np.mean(values) for values in by_scene]))
+        difference.append(np.mean([np.mean(values) for values in centred]))
+        bands.append(paired_bootstrap(centred, confidence=CONFIDENCE))
+    intervals = [band for band in bands if band is not None]
+    return Curve(
+        method,
+        label,
+        np.array(views, dtype=np.int64),
+        np.array(mean),
+        np.array(difference),
+        np.array([interval.low for interval in intervals]) if intervals else None,
+        np.array([interval.high for interval in intervals]) if intervals else None,
+    )
+
+
+def _psnr_by_views(episode: Episode) -> dict[int, float]:
+    """Return the mean test PSNR by number of views; the last measurement with a number of views counts."""
+    values = {point.views: image_mean(point, "psnr") for point in episode.curve}
+    return {views: value for views, value in values.items() if value is not None}

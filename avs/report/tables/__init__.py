@@ -1,0 +1,1 @@
+"""Tables, one file each: from records to what is printed."""

@@ -1,0 +1,116 @@
+"""Selection methods, found by name: modules of ``avs.selectors`` with a ``METHODS`` dictionary, and plug-ins."""
+
+from __future__ import annotations
+
+import difflib
+import functools
+import importlib
+import importlib.metadata
+import pkgutil
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from avs.selection.contract import Method, Settings
+from avs.system import weights
+from avs.system.errors import UserError
+
+PACKAGE = "avs.selectors"
+"""The package whose modules are searched, and the group of entry points that plug-ins use."""
+
+
+@dataclass(frozen=True)
+class Registered:
+    """A method with the module that defines it."""
+
+    method: Method
+    module: str
+
+
+@functools.cache
+def methods() -> dict[str, Registered]:
+    """Return every method by identifier: those of ``avs.selectors``, then installed plug-ins, by module.
+
+    A plug-in is an entry point of the group ``avs.selectors`` that names a module with a ``METHODS`` dictionary.
+
+    Raises:
+        UserError: two modules define the same identifier.
+    """
+    package = importlib.import_module(PACKAGE)
+    own = sorted(f"{PACKAGE}.{module.name}" for module in pkgutil.iter_modules(package.__path__))
+    plugins = sorted(point.value for point in importlib.metadata.entry_points(group=PACKAGE))
+    found: dict[str, Registered] = {}
+    for module in own + plugins:
+        for identifier, method in getattr(importlib.import_module(module), "METHODS", {}).items():
+            if identifier in found:
+                fault = f"defined by {found[identifier].module} and by {module}"
+                raise UserError(identifier, fault, "rename one of the two methods")
+            found[identifier] = Registered(method, module)
+    return found
+
+
+def find(identifier: str) -> Registered:
+    """Return the method called ``identifier``.
+
+    Raises:
+        UserError: there is none; the line lists near names.
+    """
+    known = methods()
+    if identifier not in known:
+        near = difflib.get_close_matches(identifier, known, n=3) or sorted(known)
+        raise UserError(f"method {identifier!r}", "unknown", f"did you mean {', '.join(near)}?")
+    return known[identifier]
+
+
+def unavailable(identifier: str, fits: bool = False) -> str | None:
+    """Return why a method cannot run on this machine, with the command that helps, or None.
+
+    The reason is that published weights which it needs are absent; neither the network nor torch is used to find out.
+
+    Args:
+        identifier: of the method.
+        fits: whether the run can fit the method's fallback, which then serves.
+
+    Raises:
+        UserError: the method is unknown.
+    """
+    method = find(identifier).method
+    return None if fits and method.fallback is not None else weights.missing(method.pretrained)
+
+
+def fallback(identifier: str) -> str | None:
+    """Return the name of the parameters that stand in for absent published weights of a method, or None.
+
+    Raises:
+        UserError: the method is unknown.
+    """
+    method = find(identifier).method
+    return None if weights.missing(method.pretrained) is None else method.fallback
+
+
+def published(identifier: str) -> Path | None:
+    """Return the local file of a method's published weights, unread; None if it needs none, or more than one.
+
+    Raises:
+        UserError: the method is unknown.
+    """
+    names = find(identifier).method.pretrained
+    return weights.locate(names[0]) if len(names) == 1 else None
+
+
+def create_settings(identifier: str, values: dict[str, Any]) -> Settings:
+    """Return the settings of a method, checked and completed by its defaults.
+
+    Raises:
+        UserError: the method or a setting is unknown, or a value does not fit.
+    """
+    kind = find(identifier).method.settings
+    try:
+        return kind.model_validate(values)
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(["selectors", identifier, *map(str, first["loc"])])
+        known = ", ".join(kind.model_fields) or "none"
+        raise UserError(place, first["msg"], f"settings of this method: {known}") from None

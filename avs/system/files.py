@@ -1,0 +1,140 @@
+"""Files that appear whole or not at all, canonical JSON, and content hashes."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import hashlib
+import json
+import os
+import secrets
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+from avs.system.errors import UserError
+
+_REMEDIES = {
+    errno.ENOSPC: "free some space, then run again",
+    errno.EDQUOT: "free some of your quota, then run again",
+    errno.EFBIG: "raise the limit on file sizes, then run again",
+    errno.EACCES: "give yourself the permission, or choose another folder",
+    errno.EPERM: "give yourself the permission, or choose another folder",
+    errno.EROFS: "choose a folder that can be written",
+    errno.ENOENT: "check the path",
+    errno.ENOTDIR: "check the path",
+    errno.EISDIR: "check the path",
+    errno.EIO: "check the disk, then run again",
+}
+
+
+@contextlib.contextmanager
+def atomic_path(target: Path | str) -> Iterator[Path]:
+    """Yield a temporary path beside ``target``; on success flush it to disk and rename it over ``target``.
+
+    The temporary name keeps the suffix, because many writers choose their format by it. On any error the temporary file
+    is removed and ``target`` is left as it was.
+    """
+    target = Path(target)
+    temporary = target.with_name(f".{target.stem}-{secrets.token_hex(6)}{target.suffix}")
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        temporary.touch(exist_ok=False)
+        yield temporary
+        _flush(temporary)
+        os.replace(temporary, target)
+        _flush(target.parent)
+    except OSError as error:
+        _rename_in(error, temporary, target)
+        raise
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def atomic_folder(target: Path | str) -> Iterator[Path]:
+    """Yield an empty temporary folder beside ``target``; on success rename it to ``target``, replacing what was there.
+
+    Two folders cannot be exchanged in one step: for an instant there is no ``target``, but it never holds a part or a
+    mixture. On any error the temporary folder is removed and ``target`` is left as it was.
+    """
+    target = Path(target)
+    temporary = target.with_name(f".{target.name}-{secrets.token_hex(6)}")
+    old = temporary.with_name(f"{temporary.name}-old")
+    try:
+        temporary.mkdir(parents=True)
+        yield temporary
+        for path in temporary.rglob("*"):
+            _flush(path)
+        _flush(temporary)
+        if target.is_dir():
+            os.replace(target, old)
+        os.replace(temporary, target)
+        _flush(target.parent)
+    except OSError as error:
+        _rename_in(error, temporary, target)
+        raise
+    finally:
+        if old.is_dir() and not target.exists():
+            os.replace(old, target)
+        for folder in (temporary, old):
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def write_text(target: Path | str, text: str) -> None:
+    """Write ``text`` (UTF-8) to ``target`` atomically."""
+    with atomic_path(target) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def canonical_json(value: object) -> str:
+    """Return ``value`` as JSON with sorted keys, two spaces of indentation, a newline at the end, and no NaN.
+
+    Equal values give equal bytes.
+
+    Raises:
+        ValueError: ``value`` holds NaN or an infinity, which JSON cannot carry.
+    """
+    return json.dumps(value, sort_keys=True, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def write_json(target: Path | str, value: object) -> None:
+    """Write ``value`` to ``target`` atomically as canonical JSON."""
+    write_text(target, canonical_json(value))
+
+
+def file_hash(path: Path | str) -> str:
+    """Return the SHA-256 of a file's bytes, in hexadecimal."""
+    with open(path, "rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+@contextlib.contextmanager
+def explained() -> Iterator[None]:
+    """Turn an ``OSError`` inside the block, such as a full disk, into a ``UserError`` that names the file.
+
+    A program puts its whole work into one such block; library code lets ``OSError`` pass.
+
+    Raises:
+        UserError: the block raised ``OSError``.
+    """
+    try:
+        yield
+    except OSError as error:
+        fault = (error.strerror or str(error) or type(error).__name__).lower()
+        remedy = _REMEDIES.get(error.errno or 0, "check the path and the disk, then run again")
+        raise UserError(error.filename or "a file", fault, remedy) from error
+
+
+def _rename_in(error: OSError, temporary: Path, target: Path) -> None:
+    """Let ``error`` name the result: a failed write() knows no name, other calls know the temporary one."""
+    error.filename = str(error.filename or target).replace(str(temporary), str(target))
+    error.filename2 = None
+
+
+def _flush(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

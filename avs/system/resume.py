@@ -1,0 +1,39 @@
+"""Completes a run that was killed: Snakemake's lock is removed only if no run is alive in this folder."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+from avs.system.errors import UserError
+
+
+def resume(arguments: list[str]) -> None:
+    """Unlock the working directory and replace this process by ``snakemake`` with ``arguments``.
+
+    Raises:
+        UserError: a run is alive in this folder, or Snakemake cannot unlock it.
+    """
+    alive = next(_runs_in(Path.cwd()), None)
+    if alive is not None:
+        raise UserError(Path.cwd(), f"a run is alive (process {alive})", "wait for it, or stop it")
+    unlocked = subprocess.run(["snakemake", "--unlock", *arguments], capture_output=True, text=True, check=False)
+    if unlocked.returncode:
+        raise UserError(Path.cwd(), f"cannot be unlocked: {unlocked.stderr.strip()}", "mend that and run again")
+    os.execvp("snakemake", ["snakemake", *arguments])
+
+
+def _runs_in(folder: Path) -> Iterator[int]:
+    """Yield the processes that run Snakemake in ``folder``."""
+    for entry in Path("/proc").iterdir():
+        if not entry.name.isdigit():
+            continue
+        try:
+            words = (entry / "cmdline").read_bytes().split(b"\0")
+            here = (entry / "cwd").resolve() == folder.resolve()
+        except OSError:
+            continue  # ended in the meantime, or another user's
+        if here and any(Path(word.decode(errors="replace")).name == "snakemake" for word in words[:3]):
+            yield int(entry.name)

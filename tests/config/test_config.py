@@ -1,0 +1,88 @@
+"""The configuration: typed, typos named, schemas up to date, read without torch."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+from avs.config.configuration import load
+from avs.config.schemas import SCHEMAS, write_schemas
+from avs.system.errors import UserError
+
+ROOT = Path(__file__).resolve().parents[2]
+CONFIGS = sorted((ROOT / "workflows" / "config").glob("*.yaml"))
+
+
+def values(name="ci"):
+    return yaml.safe_load((ROOT / "workflows" / "config" / f"{name}.yaml").read_text())
+
+
+@pytest.mark.parametrize("path", CONFIGS, ids=lambda path: path.stem)
+def test_every_scale_follows_the_schema(path):
+    config = load(yaml.safe_load(path.read_text()))
+    assert config.scale == path.stem
+
+
+@pytest.mark.parametrize(
+    ("change", "line"),
+    [
+        ({"mehtods": ["random"]}, "configuration: mehtods: unknown key; did you mean methods?"),
+        ({"protocol": {"budgett": 9}}, "configuration: protocol.budgett: unknown key; did you mean budget?"),
+        ({"seeds": []}, "configuration: seeds: .*at least 1"),
+        ({"device": "gpu"}, "configuration: device: .*; mend the value"),
+        ({"methods": ["randm"]}, "method 'randm': unknown; did you mean random"),
+        ({"selectors": {"fisherrf": {"lam": 1}}}, r"selectors\.fisherrf\.lam: .*settings of this method: chain"),
+        ({"distortions": None}, "configuration: .*scorers need the section distortions"),
+        ({"scorers": {"dinov2": {}}}, "configuration: .*backbone must be vit_small_patch14_dinov2"),
+        ({"scorers": {}}, "method ours-dinov2: needs the scorer dinov2, which the configuration does not train"),
+    ],
+)
+def test_a_fault_is_one_line(change, line):
+    with pytest.raises(UserError, match=line) as caught:
+        load(values() | change)
+    assert "\n" not in str(caught.value)
+
+
+def test_scenes_that_train_the_scorer_are_never_evaluated():
+    changed = values()
+    seed = changed["distortions"]["training_seeds"][0]
+    changed["embedded"]["scenes"]["handheld"] = [seed]
+    with pytest.raises(UserError, match=f"handheld seeds .{seed}. train scorers and are evaluated"):
+        load(changed)
+
+
+def test_the_schedules_of_the_scales_are_the_papers_scaled():
+    paper = load(values("paper")).protocol
+    ci = load(values("ci")).protocol
+    assert [20 * iteration for iteration in ci.additions] == list(paper.additions)
+    assert 20 * ci.iterations == paper.iterations
+
+
+def test_the_schemas_are_up_to_date(tmp_path):
+    write_schemas(tmp_path)
+    for name in SCHEMAS:
+        committed = (ROOT / "workflows" / "schemas" / name).read_text()
+        assert (tmp_path / name).read_text() == committed, "run: python -m avs schemas"
+
+
+def test_every_setting_is_described():
+    def fields(schema):
+        for definition in [schema, *schema.get("$defs", {}).values()]:
+            yield from definition.get("properties", {}).items()
+
+    undescribed = [
+        name
+        for name, field in fields(json.loads((ROOT / "workflows" / "schemas" / "config.json").read_text()))
+        if "description" not in field
+    ]
+    assert undescribed == []
+
+
+def test_reading_the_configuration_imports_no_heavy_library():
+    heavy = ("torch", "open3d", "pyiqa", "pycolmap", "numba")
+    code = f"import sys, avs.config.configuration; print([m for m in {heavy} if m in sys.modules])"
+    result = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert result.stdout.strip() == "[]"

@@ -1,0 +1,129 @@
+import json
+
+import pytest
+import safetensors.torch
+import torch
+
+from avs.iqa.cross_reference.backbones import RepViT
+from avs.iqa.cross_reference.distortions import write_distortions
+from avs.iqa.cross_reference.network import build_network
+from avs.iqa.cross_reference.scorer_checkpoint import load_network
+from avs.iqa.cross_reference.scorer_settings import DINOv2Settings, ScorerSettings, TrainingSettings
+from avs.iqa.cross_reference.training import train
+from avs.iqa.resizing import ResizeSettings
+from avs.system.compatibility import prepare_torchvision
+from avs.system.errors import UserError
+from avs.system.weights.cache import VARIABLE
+
+SETTINGS = ScorerSettings(
+    training=TrainingSettings(
+        backbone_weights="scratch",
+        backbone_frozen=True,
+        cache_features=True,
+        resize=ResizeSettings(pixels=56),
+        crop=28,
+        batch=4,
+        queries_per_set=4,
+        steps=12,
+        evaluations=3,
+    )
+)
+
+
+@pytest.fixture(scope="module")
+def paths(toys, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("renders")
+    for toy in toys:
+        write_distortions(folder / f"{toy.scene}.safetensors", toy)
+    return [folder / f"{toy.scene}.safetensors" for toy in toys]
+
+
+def _train(paths, folder, settings=SETTINGS):
+    folder.mkdir()
+    lines = []
+    train(paths[:1], paths[1:], folder / "weights.safetensors", folder / "card.json", settings, lines.append)
+    return folder / "weights.safetensors", folder / "card.json", lines
+
+
+def _settings(**changes):
+    return SETTINGS.model_copy(update={"training": SETTINGS.training.model_copy(update=changes)})
+
+
+def test_training_lowers_the_error_and_repeats_to_the_bit(paths, tmp_path):
+    weights, card, lines = _train(paths, tmp_path / "a")
+    other_weights, other_card, _ = _train(paths, tmp_path / "b")
+    assert weights.read_bytes() == other_weights.read_bytes()
+    assert card.read_bytes() == other_card.read_bytes()
+    content = json.loads(card.read_text())
+    errors = [point["training"] for point in content["mean_absolute_error"]]
+    assert [point["step"] for point in content["mean_absolute_error"]] == [4, 8, 12]
+    assert errors[-1] < 0.9 * errors[0]
+    assert content["backbone_weights"] == "random"
+    assert content["held_out"]["images"] == 24
+    assert -1 <= content["held_out"]["candidate_spearman"] <= 1
+    assert len(lines) == 3
+
+
+def test_frozen_random_backbone_keeps_its_convolutions(paths, tmp_path):
+    weights, _, _ = _train(paths, tmp_path / "frozen", _settings(cache_features=False, steps=1, evaluations=1))
+    network = load_network(weights)
+    assert not network.training
+    trained = dict(network.backbone.named_modules())
+    initial = dict(build_network(SETTINGS.network, SETTINGS.seed).backbone.named_modules())
+    for name, module in initial.items():
+        if isinstance(module, torch.nn.Conv2d):
+            assert torch.equal(trained[name].weight, module.weight)
+        if isinstance(module, torch.nn.BatchNorm2d):
+            assert not torch.equal(trained[name].running_var, module.running_var)
+            assert trained[name].weight.any()
+
+
+def test_random_backbone_is_trained_unless_told_otherwise(paths, tmp_path):
+    settings = _settings(backbone_frozen=None, cache_features=False, steps=2, evaluations=1)
+    first, second = (_train(paths, tmp_path / name, settings)[0] for name in "ab")
+    assert first.read_bytes() == second.read_bytes()
+    trained = load_network(first).backbone.state_dict()
+    initial = build_network(SETTINGS.network, SETTINGS.seed).backbone.state_dict()
+    changed = [key for key in initial if not torch.equal(trained[key], initial[key])]
+    assert "stem.conv1.c.weight" in changed
+    assert "stem.conv1.bn.running_mean" in changed
+
+
+def test_pretrained_backbone_is_frozen_as_it_is(paths, tmp_path, monkeypatch):
+    path = tmp_path / "timm" / "repvit_m0_9.dist_450e_in1k.safetensors"
+    path.parent.mkdir()
+    prepare_torchvision()
+    import timm
+
+    model = timm.create_model("repvit_m0_9", num_classes=0)
+    safetensors.torch.save_file({key: value.contiguous() for key, value in model.state_dict().items()}, path)
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
+    weights, card, _ = _train(
+        paths, tmp_path / "out", _settings(backbone_weights="auto", backbone_frozen=None, steps=2, evaluations=1)
+    )
+    backbone = RepViT("A", path).state_dict()
+    trained = load_network(weights).backbone.state_dict()
+    assert all(torch.equal(trained[key], backbone[key]) for key in backbone)
+    assert json.loads(card.read_text())["backbone_weights"]["file"] == path.name
+
+
+def test_dinov2_is_trained_by_the_same_code(paths, tmp_path):
+    settings = _settings(steps=6, evaluations=2, learning_rate=2e-4).model_copy(update={"network": DINOv2Settings()})
+    weights, card, _ = _train(paths, tmp_path / "dinov2", settings)
+    network = load_network(weights, backbone="vit_small_patch14_dinov2")
+    scales = [value for key, value in network.backbone.state_dict().items() if key.endswith("gamma")]
+    assert len(scales) == 24
+    assert all((value == 1).all() for value in scales)
+    errors = [point["training"] for point in json.loads(card.read_text())["mean_absolute_error"]]
+    assert errors[-1] < errors[0]
+
+
+def test_held_out_scene_must_be_another(paths, tmp_path):
+    with pytest.raises(UserError, match="both for training and held out"):
+        _train([paths[0], paths[0]], tmp_path / "same")
+
+
+def test_absent_pretrained_weights_are_an_error_only_if_demanded(paths, tmp_path, monkeypatch):
+    monkeypatch.setattr("avs.iqa.cross_reference.training.find_weights", lambda *_: None)
+    with pytest.raises(UserError, match="no local file"):
+        _train(paths, tmp_path / "pretrained", _settings(backbone_weights="pretrained"))

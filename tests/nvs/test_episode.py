@@ -1,0 +1,170 @@
+"""The loop: schedule, budget, record, contract."""
+
+import numpy as np
+import pytest
+from factories import MeanColor, small_scene
+
+from avs.nvs.evaluation import Evaluator
+from avs.nvs.loop import Identity, Plan, capped_budget, run
+from avs.nvs.protocol import ProtocolSettings
+from avs.scene.sampling import initial_views
+from avs.selection.contract import Selection
+from avs.system.errors import UserError
+
+PROTOCOL = ProtocolSettings(initial_views=4, budget=7, additions=(10, 25, 45), iterations=100)
+
+
+class Last:
+    """Chooses the last k candidates; keeps the states that it saw."""
+
+    def __init__(self):
+        self.states = []
+
+    def select(self, state, k):
+        self.states.append(state)
+        n = len(state.candidates)
+        return Selection(np.arange(n - k, n)[::-1].copy(), np.arange(n, dtype=float))
+
+
+def plan(scene, selector, protocol=PROTOCOL, build=None, lines=None):
+    identity = Identity("last", "Last", "2D-based", True, 0, {}, {})
+    build = build or (lambda captured: MeanColor())
+    evaluate = Evaluator(scene, protocol.lpips)
+    return Plan(scene, protocol, identity, selector, build, evaluate, (lines if lines is not None else []).append)
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    return small_scene(tmp_path_factory.mktemp("episode") / "toy")
+
+
+def test_views_are_added_at_the_scheduled_iterations(scene):
+    episode, meta, representation = run(plan(scene, Last()))
+    assert [step.iteration for step in episode.steps] == [10, 25, 45]
+    assert [point.iteration for point in episode.curve] == [10, 25, 45, 100]
+    assert [point.views for point in episode.curve] == [4, 5, 6, 7]
+    assert representation.fits == [(4, 10), (5, 15), (6, 20), (7, 55)]
+    assert len(meta.steps) == 3
+    assert meta.peak_memory_bytes > 0
+
+
+def test_captured_views_leave_the_candidates_and_test_views_never_enter(scene):
+    episode, _, _ = run(plan(scene, Last()))
+    test = {scene.names[i] for i in scene.test}
+    pool = len(scene.names) - len(test)
+    for number, step in enumerate(episode.steps):
+        assert len(step.candidates) == len(step.scores) == pool - 4 - number
+        assert not test & set(step.candidates)
+        assert set(step.chosen) <= set(step.candidates)
+        assert not set(step.candidates) & {*episode.initial, *episode.selected[:number]}
+    assert episode.selected == [name for step in episode.steps for name in step.chosen]
+    assert len(set(episode.initial + episode.selected)) == 7
+
+
+def test_the_initial_views_are_farthest_view_sampled_from_the_first_of_the_pool(scene):
+    episode, _, _ = run(plan(scene, Last()))
+    pool = scene.pool
+    expected = pool[initial_views(scene.cameras[pool].centers, 4)]
+    assert episode.initial == [scene.names[i] for i in expected]
+    assert episode.initial[0] == scene.names[pool[0]]
+
+
+def test_the_selector_sees_the_images_captured_so_far(scene):
+    selector = Last()
+    run(plan(scene, selector))
+    assert [len(state.captured) for state in selector.states] == [4, 5, 6]
+    assert [state.step for state in selector.states] == [0, 1, 2]
+    draws = [state.rng.random() for state in selector.states]
+    assert len(set(draws)) == 3
+
+
+def test_a_batch_fills_the_budget_exactly(scene):
+    protocol = PROTOCOL.model_copy(update={"views_per_step": 2})
+    episode, _, _ = run(plan(scene, Last(), protocol))
+    assert [len(step.chosen) for step in episode.steps] == [2, 1]
+    assert [point.views for point in episode.curve] == [4, 6, 7]
+
+
+def test_refit_from_scratch_builds_a_new_representation_on_the_captured_views(scene):
+    built = []
+
+    def build(captured):
+        built.append(len(captured))
+        return MeanColor()
+
+    protocol = PROTOCOL.model_copy(update={"refit": "reinit"})
+    _, _, representation = run(plan(scene, Last(), protocol, build))
+    assert built == [4, 5, 6, 7]
+    assert representation.fits == [(7, 55)]
+
+
+def test_one_line_a_step_is_reported(scene):
+    lines = []
+    run(plan(scene, Last(), lines=lines))
+    assert len(lines) == 4
+    assert lines[0].startswith("step 1 of 3, view ")
+    assert "PSNR" in lines[0]
+
+
+def test_notes_of_the_method_are_recorded(scene):
+    selector = Last()
+    selector.notes = ("fitted anew",)
+    episode, _, _ = run(plan(scene, selector))
+    assert episode.notes == ["fitted anew"]
+
+
+def test_the_record_is_the_same_for_the_same_seed(scene):
+    first, _, _ = run(plan(scene, Last()))
+    second, _, _ = run(plan(scene, Last()))
+    assert first.model_dump_json() == second.model_dump_json()
+
+
+@pytest.mark.parametrize(
+    ("selection", "fault"),
+    [
+        (Selection(np.array([0, 1]), np.zeros(31)), "indices"),
+        (Selection(np.array([99]), np.zeros(31)), "indices"),
+        (Selection(np.array([0]), np.zeros(3)), "scores"),
+        (Selection(np.array([0]), np.full(31, np.nan)), "scores"),
+    ],
+)
+def test_a_broken_selection_is_refused(scene, selection, fault):
+    class Broken:
+        def select(self, state, k):
+            return selection
+
+    with pytest.raises(ValueError, match=fault):
+        run(plan(scene, Broken()))
+
+
+def test_a_small_pool_caps_the_budget_and_says_so():
+    assert capped_budget(ProtocolSettings(), 40, "x") == (20, [])
+    budget, notes = capped_budget(ProtocolSettings(), 17, "fern")
+    assert budget == 8
+    assert notes == ["fern: budget 8 instead of 20, because its pool has 17 views"]
+    assert capped_budget(ProtocolSettings(), 5, "x")[0] == 5
+
+
+def test_a_pool_without_a_candidate_is_refused():
+    with pytest.raises(UserError, match="pool of 4 images leaves no candidate after 4 initial views; add images"):
+        capped_budget(ProtocolSettings(), 4, "x")
+
+
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        ({"additions": (10, 10, 45)}, "ascend"),
+        ({"additions": (10, 25, 100)}, "before the last iteration"),
+        ({"budget": 20}, "cannot fill"),
+    ],
+)
+def test_an_inconsistent_protocol_is_refused(change, fault):
+    with pytest.raises(ValueError, match=fault):
+        ProtocolSettings(**(PROTOCOL.model_dump() | change))
+
+
+def test_the_papers_schedule_is_the_default():
+    protocol = ProtocolSettings()
+    gaps = np.diff((0, *protocol.additions))
+    # FisherRF's v20seq1_inplace: the gap grows by 100 with each view.
+    assert gaps.tolist() == [100 * n for n in range(4, 20)]

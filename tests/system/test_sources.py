@@ -1,0 +1,41 @@
+"""The files that a rule depends on."""
+
+from avs.system.code_inputs import ROOT, sources
+
+REGISTRY = ["avs/selectors/__init__.py", "avs/selection/contract.py"]
+
+
+def test_imports_are_followed_also_inside_functions():
+    files = sources("avs.commands.main")
+    assert "avs/commands/main.py" in files
+    assert "avs/system/jobs.py" in files
+    assert "avs/nvs/loop.py" in files  # through a function of cli.py and through avs/nvs/experiment.py
+    assert "metrics/image.py" in files
+    assert "avs/__init__.py" in files
+
+
+def test_a_method_is_no_part_of_the_loop():
+    files = sources("avs.nvs.experiment")
+    assert [path for path in files if path.startswith("avs/selectors/")] == [*REGISTRY, "avs/selection/truth.py"]
+    assert not [path for path in files if path.startswith(("avs/report/", "avs/scorer/"))]
+
+
+def test_a_method_depends_on_its_own_file():
+    assert "avs/selectors/fisherrf.py" in sources("avs.selectors.fisherrf")
+    assert "avs/selectors/farthest.py" not in sources("avs.selectors.fisherrf")
+
+
+def test_tables_depend_on_records_not_on_reconstruction():
+    files = sources("avs.report.tables.view_synthesis")
+    assert "avs/nvs/record.py" in files
+    assert not [path for path in files if "gaussians" in path]
+    # The printed names of methods come from the registry, which finds the methods' own files by name.
+    assert [path for path in files if path.startswith("avs/selectors/")] == REGISTRY
+
+
+def test_foreign_modules_have_no_files_here():
+    assert sources("numpy", "some.plugin") == []
+
+
+def test_every_file_exists():
+    assert all((ROOT / path).is_file() for path in sources("avs.commands.main"))
