@@ -9,7 +9,7 @@ import difflib
 from collections.abc import Collection
 from typing import Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from avs.datasets.capture_settings import CaptureSettings
 from avs.datasets.embedded.embedded_settings import EmbeddedSettings
@@ -19,16 +19,13 @@ from avs.nvs.timing_settings import RuntimeSettings
 from avs.representations.gaussians.gaussian_settings import GaussianSettings
 from avs.selection import registry
 from avs.system.errors import UserError
+from avs.system.models import StrictModel, first_fault
 
 Pattern = Literal["orbit", "walkthrough", "handheld", "egocentric"]
 ScorerName = Literal["repvit", "dinov2"]
 
 
-class _Section(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class EmbeddedConfig(_Section):
+class EmbeddedConfig(StrictModel):
     """Scenes that are made from a seed."""
 
     scenes: dict[Pattern, tuple[int, ...]] = Field(
@@ -37,7 +34,7 @@ class EmbeddedConfig(_Section):
     capture: EmbeddedSettings = Field(default_factory=EmbeddedSettings, description="how they are captured")
 
 
-class DistortionConfig(_Section):
+class DistortionConfig(StrictModel):
     """The distorted images that every cross-reference scorer of the run is trained on."""
 
     pattern: Pattern = Field(default="handheld", description="capture pattern of the scenes that train scorers")
@@ -53,7 +50,7 @@ class DistortionConfig(_Section):
         return self
 
 
-class Config(_Section):
+class Config(StrictModel):
     """Everything that a run can be told."""
 
     scale: str = Field(pattern=r"^[a-z0-9_]+$", description="name of the results folder, such as ci, small or paper")
@@ -152,9 +149,9 @@ def protocol_of(config: Config, method: str) -> ProtocolSettings:
 def _readable(error: ValidationError, *parents: str) -> UserError:
     """Return the first fault of a validation as one line; ``parents`` are the keys above the validated part."""
     first = error.errors()[0]
-    place = ".".join(map(str, (*parents, *first["loc"]))) or "configuration"
+    place, fault = first_fault(error, *parents)
     if first["type"] != "extra_forbidden":
-        return UserError(f"configuration: {place}", first["msg"], "mend the value")
+        return UserError(f"configuration: {place}", fault, "mend the value")
     near = difflib.get_close_matches(str(first["loc"][-1]), sorted(_all_keys(Config)), n=1)
     return UserError(f"configuration: {place}", "unknown key", f"did you mean {near[0]}?" if near else "remove it")
 

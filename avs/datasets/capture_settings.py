@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, PositiveInt, model_validator
+from pydantic import Field, PositiveInt, model_validator
+
+from avs.system.models import StrictModel
 
 
-class CaptureSettings(BaseModel):
+class CaptureSettings(StrictModel):
     """Image size and split of captures in COLMAP layout."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     long_side: PositiveInt | None = Field(
         default=480, description="longer side of the images in pixels; smaller images stay as they are; null: no limit"

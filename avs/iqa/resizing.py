@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
+
+from avs.system.models import StrictModel
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -20,10 +22,8 @@ SMALLEST = 14
 """Pixels of the smallest side that an image is resized to: one token of the cross-reference network."""
 
 
-class ResizeSettings(BaseModel):
+class ResizeSettings(StrictModel):
     """How images are resized before they are scored; the aspect ratio stays."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     side: Literal["long", "short"] = Field(
         default="long",

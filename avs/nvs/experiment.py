@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, Field
 
 from avs.nvs.evaluation import Evaluator
 from avs.nvs.loop import Builder, Identity, Plan, Progress, run
@@ -22,14 +22,13 @@ from avs.selection import registry
 from avs.selection.contract import Method, PreparesRepresentation, Resources, Settings
 from avs.system.errors import UserError
 from avs.system.files import file_hash
+from avs.system.models import StrictModel
 from avs.system.records import read_record, write_record
 from avs.system.seeds import seed_of
 
 
-class EpisodeSettings(BaseModel):
+class EpisodeSettings(StrictModel):
     """What an episode reads of the configuration."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     method: str = Field(description="identifier of the selection method")
     device: Literal["cpu", "cuda"] = Field(description="where the reconstruction and networks run")

@@ -6,20 +6,19 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from avs.nvs.protocol import ProtocolSettings
 from avs.scene.sampling import initial_views
 from avs.scene.scene import Scene
 from avs.selection.contract import Selection, State
 from avs.system.errors import UserError
+from avs.system.models import StrictModel
 from avs.system.records import read_record
 
 
-class ViewList(BaseModel):
+class ViewList(StrictModel):
     """``views.json``: what a program writes that chooses all views by itself."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     label: str = Field(min_length=1, description="printed name of the method")
     group: str = Field(default="2D-based", min_length=1, description="row group in the tables")

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, PositiveInt, model_validator
+from pydantic import Field, PositiveInt, model_validator
+
+from avs.system.models import StrictModel
 
 
-class LpipsSettings(BaseModel):
+class LpipsSettings(StrictModel):
     """Which LPIPS is computed; the paper does not say."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     net: Literal["vgg", "alex"] = Field(default="vgg", description="backbone; 3DGS and FisherRF use vgg")
     range: Literal["zero_one", "minus_one"] = Field(
@@ -19,13 +19,11 @@ class LpipsSettings(BaseModel):
     )
 
 
-class TruthSettings(BaseModel):
+class TruthSettings(StrictModel):
     """What the record tells of the hidden photographs at selections, for the ranking table; no method sees it.
 
     It costs time, outside of the method's clock, and changes neither a choice nor the curve.
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     image_every: PositiveInt | None = Field(
         default=None,
@@ -43,10 +41,8 @@ class TruthSettings(BaseModel):
     )
 
 
-class ProtocolSettings(BaseModel):
+class ProtocolSettings(StrictModel):
     """Algorithm 1 of the paper, with its ambiguous points as fields."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     initial_views: PositiveInt = Field(default=4, description="views before the first selection")
     initial_start: int = Field(

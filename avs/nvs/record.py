@@ -8,14 +8,12 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
+
+from avs.system.models import StrictModel
 
 
-class _Record(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class ImageMetrics(_Record):
+class ImageMetrics(StrictModel):
     """Metrics of one test image against its photograph."""
 
     name: str = Field(description="image file name")
@@ -27,7 +25,7 @@ class ImageMetrics(_Record):
     lpips: float | None = Field(description="LPIPS, or null where its weights are absent (see Episode.absent)")
 
 
-class CurvePoint(_Record):
+class CurvePoint(StrictModel):
     """The test metrics at one moment: before a selection, or at the end."""
 
     iteration: int = Field(description="optimisation steps done so far")
@@ -36,7 +34,7 @@ class CurvePoint(_Record):
     images: list[ImageMetrics] = Field(description="one entry per test image, by name")
 
 
-class StepTruth(_Record):
+class StepTruth(StrictModel):
     """What the hidden photographs say of the candidates of one selection, in their order; no method sees it."""
 
     psnr: list[float] | None = Field(
@@ -49,7 +47,7 @@ class StepTruth(_Record):
     )
 
 
-class Step(_Record):
+class Step(StrictModel):
     """One selection."""
 
     step: int = Field(description="from 0")
@@ -63,7 +61,7 @@ class Step(_Record):
     truth: StepTruth | None = Field(default=None, description="null where it was not measured (see protocol.truth)")
 
 
-class Episode(_Record):
+class Episode(StrictModel):
     """``episode.json``: one run of one method on one scene with one seed."""
 
     schema_version: Literal[1] = 1
@@ -91,7 +89,7 @@ class Episode(_Record):
     curve: list[CurvePoint] = Field(description="before each selection and at the end")
 
 
-class StepTimes(_Record):
+class StepTimes(StrictModel):
     """Measured at one selection."""
 
     render_seconds: float
@@ -104,7 +102,7 @@ class StepTimes(_Record):
     )
 
 
-class EpisodeMeta(_Record):
+class EpisodeMeta(StrictModel):
     """``episode.meta.json``: what differs from run to run."""
 
     schema_version: Literal[1] = 1

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 import torch
-from pydantic import BaseModel, ConfigDict, Field, PositiveInt
+from pydantic import Field, PositiveInt
 
 from avs.nvs.experiment import builder, check_device
 from avs.nvs.loop import Progress, capped_budget
@@ -23,14 +23,13 @@ from avs.scene.scene import Scene, read_scene
 from avs.selection import registry
 from avs.selection.contract import Method, PreparesRepresentation, Resources, Selector, State, Truth
 from avs.system import provenance
+from avs.system.models import StrictModel
 from avs.system.records import write_record
 from avs.system.seeds import seed_of
 
 
-class StateSettings(BaseModel):
+class StateSettings(StrictModel):
     """What the common reconstruction reads of the configuration."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     device: Literal["cpu", "cuda"] = Field(description="where the reconstruction and networks run")
     protocol: ProtocolSettings = Field(description="the loop whose schedule the reconstruction follows")

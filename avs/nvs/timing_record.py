@@ -4,23 +4,21 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
+
+from avs.system.models import StrictModel
 
 
-class SelectionTimes(BaseModel):
+class SelectionTimes(StrictModel):
     """One timed selection, after the work queued on the device has ended."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     render_seconds: float = Field(description="rendering of candidates; 0 for a method that does not tell it apart")
     score_seconds: float = Field(description="all the rest")
     total_seconds: float
 
 
-class Runtime(BaseModel):
+class Runtime(StrictModel):
     """Selection times of one method on one scene."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     schema_version: Literal[1] = 1
     scene: str

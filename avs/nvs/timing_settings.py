@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, PositiveInt
+from pydantic import Field, PositiveFloat, PositiveInt
+
+from avs.system.models import StrictModel
 
 
-class RuntimeSettings(BaseModel):
+class RuntimeSettings(StrictModel):
     """The measurement of selection times."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     scene: str | None = Field(
         default=None, description="scene on which selections are timed; null for the first of the first data set"

@@ -17,7 +17,7 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field
 
 from avs.scene.cameras import Cameras, IndexArray
 from avs.scene.colmap import read_model, write_model
@@ -27,6 +27,8 @@ from avs.scene.points import Points
 from avs.scene.views import Views
 from avs.system.errors import UserError
 from avs.system.files import atomic_folder, canonical_json, file_hash, write_json
+from avs.system.models import StrictModel
+from avs.system.records import read_record
 
 __all__ = ["Points", "Scene", "SceneFile", "read_scene", "scene_extent", "write_scene"]
 
@@ -36,10 +38,8 @@ _SUFFIXES = {".png", ".jpg", ".jpeg"}
 _MODEL_FILES = ("sparse/0/cameras.bin", "sparse/0/images.bin", "sparse/0/points3D.bin")
 
 
-class SceneFile(BaseModel):
+class SceneFile(StrictModel):
     """``scene.json``: what the COLMAP files do not say, and the hashes of all that they do."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     schema_version: Literal[1] = 1
     name: str = Field(description="identifier, [a-z0-9_]+", pattern=r"^[a-z0-9_]+$")
@@ -215,14 +215,9 @@ def read_scene(folder: Path) -> Scene:
 def _read_scene_file(folder: Path) -> SceneFile:
     """Read ``scene.json`` and check that the model's files are the ones that it lists."""
     path = folder / "scene.json"
-    try:
-        listed = SceneFile.model_validate_json(path.read_bytes())
-    except FileNotFoundError as error:
-        raise UserError(path, "is missing", _REMEDY) from error
-    except ValidationError as error:
-        first = error.errors()[0]
-        place = ".".join(str(part) for part in first["loc"]) or "file"
-        raise UserError(path, f"{place}: {first['msg']}", _REMEDY) from error
+    if not path.is_file():
+        raise UserError(path, "is missing", _REMEDY)
+    listed = read_record(path, SceneFile, _REMEDY)
     if listed.content_hash != _content_hash(listed.images, listed.files, listed.test):
         raise UserError(path, "its content hash does not fit its lists", _REMEDY)
     for name in _MODEL_FILES:

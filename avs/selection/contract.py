@@ -15,21 +15,19 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import BaseModel, ConfigDict
 
 from avs.representations.base import Renderer, Rendering, Representation
 from avs.scene.cameras import Cameras
 from avs.scene.views import Views
 from avs.system.errors import UserError
+from avs.system.models import StrictModel
 
 ORACLE = "Oracle"
 """Row group of the methods that look at hidden photographs: upper references, which no method is ranked against."""
 
 
-class Settings(BaseModel):
+class Settings(StrictModel):
     """Base of a method's settings: unknown keys are errors, values do not change. Subclass it to add fields."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 @dataclass(frozen=True)

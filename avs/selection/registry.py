@@ -16,6 +16,7 @@ from pydantic import ValidationError
 from avs.selection.contract import Method, Settings
 from avs.system import weights
 from avs.system.errors import UserError
+from avs.system.models import first_fault
 
 PACKAGE = "avs.selectors"
 """The package whose modules are searched, and the group of entry points that plug-ins use."""
@@ -110,7 +111,6 @@ def create_settings(identifier: str, values: dict[str, Any]) -> Settings:
     try:
         return kind.model_validate(values)
     except ValidationError as error:
-        first = error.errors()[0]
-        place = ".".join(["selectors", identifier, *map(str, first["loc"])])
+        place, fault = first_fault(error, "selectors", identifier)
         known = ", ".join(kind.model_fields) or "none"
-        raise UserError(place, first["msg"], f"settings of this method: {known}") from None
+        raise UserError(place, fault, f"settings of this method: {known}") from None

@@ -10,12 +10,13 @@ from pydantic import BaseModel, ValidationError
 
 from avs.system.errors import UserError
 from avs.system.files import write_json
+from avs.system.models import first_fault
 
 RecordType = TypeVar("RecordType", bound=BaseModel)
 
 
-def read_record(path: Path, kind: type[RecordType]) -> RecordType:
-    """Read and check a record.
+def read_record(path: Path, kind: type[RecordType], remedy: str = "delete it and run again") -> RecordType:
+    """Read and check a record; ``remedy`` tells what to do about a damaged one.
 
     Raises:
         UserError: the file is missing, is not JSON, or does not follow the schema.
@@ -25,9 +26,7 @@ def read_record(path: Path, kind: type[RecordType]) -> RecordType:
     except OSError as error:
         raise UserError(path, error.strerror or "cannot be read", "run the job that makes it again") from error
     except ValidationError as error:
-        first = error.errors()[0]
-        place = ".".join(str(part) for part in first["loc"]) or "file"
-        raise UserError(path, f"{place}: {first['msg']}", "delete it and run again") from error
+        raise UserError(path, ": ".join(first_fault(error)), remedy) from error
 
 
 def write_record(path: Path, record: BaseModel) -> None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
+
+from avs.system.models import StrictModel
 
 
-class EmbeddedSettings(BaseModel):
+class EmbeddedSettings(StrictModel):
     """How large and how fine an embedded scene is made. What it shows depends on the pattern and the seed alone."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     views: int = Field(64, ge=8, le=1024, description="number of images, test images (every 8th by name) included")
     long_side: int = Field(192, ge=16, le=4096, description="long side of the images in pixels")

@@ -16,10 +16,11 @@ import numpy as np
 import numpy.typing as npt
 import safetensors
 import safetensors.numpy
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field, ValidationError
 
 from avs.system.errors import UserError
 from avs.system.files import atomic_path, canonical_json
+from avs.system.models import StrictModel
 
 _FORMAT = "avs-renders-1"
 _REMEDY = "delete it and make the renderings again"
@@ -29,19 +30,15 @@ Image = npt.NDArray[np.uint8]
 CodedMap = npt.NDArray[np.uint16]
 
 
-class Moment(BaseModel):
+class Moment(StrictModel):
     """One state of a reconstruction."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     run: int = Field(description="number of the reconstruction, from 0")
     iteration: int = Field(description="optimisation steps done")
     captured: tuple[int, ...] = Field(description="numbers of the photographs it has seen, in order of capture")
 
 
-class _Header(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
+class _Header(StrictModel):
     format: str
     scene: str
     scene_hash: str

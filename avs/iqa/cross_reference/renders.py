@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from avs.iqa.cross_reference.distortions import CodedMap, Distortions, Image, Moment, coded, write_distortions
 from avs.iqa.cross_reference.scorer_settings import RenderSettings
@@ -17,6 +17,7 @@ from avs.scene.cameras import Cameras, IndexArray
 from avs.scene.sampling import initial_views
 from avs.scene.scene import Scene, read_scene
 from avs.system.errors import UserError
+from avs.system.models import StrictModel
 from metrics.image import ssim_map
 
 _INITIAL_VIEWS = 4
@@ -28,10 +29,8 @@ Progress = Callable[[str], None]
 """Takes one line about each step."""
 
 
-class RenderJob(BaseModel):
+class RenderJob(StrictModel):
     """What the making of distortion data reads of the configuration."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     device: Literal["cpu", "cuda"] = Field(default="cpu", description="where the reconstruction runs")
     representation: GaussianSettings = Field(description="the reconstruction")

@@ -14,6 +14,7 @@ from avs.iqa.cross_reference.network import CrossReferenceNetwork, build_network
 from avs.iqa.cross_reference.scorer_settings import AnyNetwork
 from avs.system.errors import UserError
 from avs.system.files import atomic_path, canonical_json
+from avs.system.models import first_fault
 from avs.system.weights.cache import damage, find
 
 _FORMAT = "avs-cross-reference-1"
@@ -86,6 +87,6 @@ def _settings(path: Path, metadata: dict[str, str]) -> AnyNetwork:
         return _NETWORK.validate_python(header["settings"])
     except (KeyError, TypeError, ValueError) as error:
         # pydantic's ValidationError is a ValueError too, of several lines
-        first = error.errors()[0] if isinstance(error, ValidationError) else None
-        detail = f"{'.'.join(map(str, first['loc']))}: {first['msg']}" if first else "its header is missing or damaged"
+        damaged = "its header is missing or damaged"
+        detail = ": ".join(first_fault(error)) if isinstance(error, ValidationError) else damaged
         raise UserError(path, f"not a scorer of this program ({detail})", _REMEDY) from error

@@ -5,9 +5,10 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
+from pydantic import Field, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
 
 from avs.iqa.resizing import ResizeSettings
+from avs.system.models import StrictModel
 
 BACKBONE_OF = {"repvit": "repvit_m0_9", "dinov2": "vit_small_patch14_dinov2"}
 """The scorers that a run can train, and the image encoder that gives each its name."""
@@ -22,11 +23,7 @@ PATCH = 14
 """Pixels along a side of the square that one token describes, as in DINOv2 and CrossScore."""
 
 
-class _Settings(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class ReferenceSettings(_Settings):
+class ReferenceSettings(StrictModel):
     """Which captured photographs an image is compared with."""
 
     count: PositiveInt = Field(default=5, description="number of reference images for one query image")
@@ -40,7 +37,7 @@ class ReferenceSettings(_Settings):
     )
 
 
-class NetworkSettings(_Settings):
+class NetworkSettings(StrictModel):
     """Architecture behind the backbone. Everything that a checkpoint must agree with."""
 
     backbone: str = Field(description="image encoder")
@@ -81,7 +78,7 @@ class DINOv2Settings(NetworkSettings):
 AnyNetwork = Annotated[RepViTSettings | DINOv2Settings, Field(discriminator="backbone")]
 
 
-class RenderSettings(_Settings):
+class RenderSettings(StrictModel):
     """Distortion data: when a training scene is rendered while it is being reconstructed.
 
     A run begins with farthest-view sampling, like an episode, and adds views at random between the moments; so the
@@ -108,7 +105,7 @@ class RenderSettings(_Settings):
         return self
 
 
-class TrainingSettings(_Settings):
+class TrainingSettings(StrictModel):
     """Optimisation of the network. The length is in steps, never in seconds, so that a run can be repeated."""
 
     backbone_weights: Literal["auto", "pretrained", "scratch"] = Field(
@@ -154,7 +151,7 @@ class TrainingSettings(_Settings):
         return self
 
 
-class ScorerSettings(_Settings):
+class ScorerSettings(StrictModel):
     """One trained scorer."""
 
     published: bool = Field(

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from avs.iqa.resizing import ResizeSettings
+from avs.system.models import StrictModel
 
 
-class RefitSettings(BaseModel):
+class RefitSettings(StrictModel):
     """Which patches of pristine pictures count."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     patch: int = Field(default=96, ge=16, multiple_of=4, description="pixels of a patch's side, at the resized size")
     sharpness: float = Field(
@@ -18,10 +17,8 @@ class RefitSettings(BaseModel):
     )
 
 
-class FitSettings(BaseModel):
+class FitSettings(StrictModel):
     """All that the fit reads of the configuration."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     resize: ResizeSettings = Field(default=ResizeSettings(), description="size of the pictures that the metric sees")
     refit: RefitSettings = Field(default=RefitSettings(), description="which patches count")

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import ValidationError
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 from torch import Tensor
@@ -14,12 +14,11 @@ from torch import Tensor
 from avs.representations.gaussians.gaussian_settings import GaussianSettings
 from avs.system.errors import UserError
 from avs.system.files import atomic_path, canonical_json
+from avs.system.models import StrictModel, first_fault
 
 
-class CheckpointState(BaseModel):
+class CheckpointState(StrictModel):
     """Everything but tensors that further steps depend on."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     kind: Literal["gaussians"] = "gaussians"
     version: Literal[1] = 1
@@ -55,5 +54,5 @@ def read_checkpoint(path: Path) -> tuple[dict[str, Tensor], CheckpointState]:
     except (OSError, SafetensorError) as error:
         raise UserError(path, f"cannot be read as safetensors ({error})", remedy) from error
     except ValidationError as error:
-        raise UserError(path, f"is no checkpoint of Gaussians ({error.errors()[0]['msg']})", remedy) from error
+        raise UserError(path, f"is no checkpoint of Gaussians ({first_fault(error)[1]})", remedy) from error
     return tensors, state

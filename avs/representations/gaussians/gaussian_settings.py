@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
+
+from avs.system.models import StrictModel
 
 Points = Literal["random", "sfm", "selected"]
 
 
-class _Settings(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class InitialPoints(_Settings):
+class InitialPoints(StrictModel):
     """Where the Gaussians start."""
 
     choice: Points = Field(
@@ -41,7 +39,7 @@ class InitialPoints(_Settings):
     opacity: float = Field(default=0.1, gt=0, lt=1, description="opacity of every Gaussian at the start")
 
 
-class LearningRates(_Settings):
+class LearningRates(StrictModel):
     """Adam's learning rates; each parameter group has its own."""
 
     means: float = Field(default=1.6e-4, gt=0, description="positions at the start, in units of the scene extent")
@@ -53,7 +51,7 @@ class LearningRates(_Settings):
     quats: float = Field(default=1e-3, gt=0, description="quaternion of the rotation")
 
 
-class Densification(_Settings):
+class Densification(StrictModel):
     """Adaptive density control: cloning, splitting and pruning of Gaussians. Counts are optimisation steps from 1."""
 
     start: int = Field(default=500, ge=0, description="no change up to and including this step")
@@ -91,7 +89,7 @@ class Densification(_Settings):
     )
 
 
-class GaussianSettings(_Settings):
+class GaussianSettings(StrictModel):
     """3D Gaussian splatting. The defaults are the paper's; a scale of the benchmark replaces numbers only."""
 
     iterations: int = Field(
