@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from avs import compatibility
+from avs.system import compatibility
 from avs.system.stub_library import undefined_symbols
 
 ROOT = Path(__file__).parents[2]
