@@ -177,7 +177,7 @@ def test_absent_parameters_of_niqe_can_be_fitted_those_of_others_not(tmp_path, s
 
 
 def test_listing_the_methods_imports_no_torch():
-    code = "import sys; from avs import selectors; registry.methods(); sys.exit('torch' in sys.modules)"
+    code = "import sys; from avs.selection import registry; registry.methods(); sys.exit('torch' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
@@ -187,7 +187,7 @@ def test_metric_is_made_without_the_network():
         "def refuse(*_): raise SystemExit('used the network')\n"
         "socket.socket.connect = refuse\n"
         "socket.getaddrinfo = refuse\n"
-        "from avs import selectors\n"
+        "from avs.selection import registry\n"
         "from avs.selection.contract import Resources\n"
         "method = registry.find('piqe').method\n"
         "method.build(method.settings(), Resources())\n"

@@ -2,22 +2,19 @@
 
 from avs.system.code_inputs import ROOT, sources
 
-REGISTRY = ["avs/selectors/__init__.py", "avs/selection/contract.py"]
-
 
 def test_imports_are_followed_also_inside_functions():
     files = sources("avs.commands.main")
     assert "avs/commands/main.py" in files
     assert "avs/system/jobs.py" in files
-    assert "avs/nvs/loop.py" in files  # through a function of cli.py and through avs/nvs/experiment.py
+    assert "avs/nvs/loop.py" in files  # through a function of main.py and through avs/nvs/experiment.py
     assert "metrics/image.py" in files
     assert "avs/__init__.py" in files
 
 
 def test_a_method_is_no_part_of_the_loop():
     files = sources("avs.nvs.experiment")
-    assert [path for path in files if path.startswith("avs/selectors/")] == [*REGISTRY, "avs/selection/truth.py"]
-    assert not [path for path in files if path.startswith(("avs/report/", "avs/scorer/"))]
+    assert not [path for path in files if path.startswith(("avs/selectors/", "avs/report/", "avs/iqa/"))]
 
 
 def test_a_method_depends_on_its_own_file():
@@ -30,7 +27,7 @@ def test_tables_depend_on_records_not_on_reconstruction():
     assert "avs/nvs/record.py" in files
     assert not [path for path in files if "gaussians" in path]
     # The printed names of methods come from the registry, which finds the methods' own files by name.
-    assert [path for path in files if path.startswith("avs/selectors/")] == REGISTRY
+    assert not [path for path in files if path.startswith("avs/selectors/")]
 
 
 def test_foreign_modules_have_no_files_here():

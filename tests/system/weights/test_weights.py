@@ -125,7 +125,7 @@ def test_absence_is_told_without_torch_network_or_paths():
         "import socket, sys\n"
         "def refuse(*_): raise SystemExit('used the network')\n"
         "socket.socket.connect = socket.getaddrinfo = refuse\n"
-        "from avs import weights\n"
+        "from avs.system import weights\n"
         "print(weights.missing(['niqe', 'musiq']))\n"
         "sys.exit('torch' in sys.modules or 'requests' in sys.modules)\n"
     )
