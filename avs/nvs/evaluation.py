@@ -8,8 +8,9 @@ from avs.representations.base import Renderer
 from avs.scene.scene import Scene
 from avs.system.compatibility import prepare_torchvision
 from avs.system.errors import UserError
+from avs.system.weights.lpips_weights import lpips_absent_reason, read_lpips
 from metrics.image import psnr, psnr_per_channel, ssim
-from metrics.perceptual import Lpips, lpips_absent_reason
+from metrics.perceptual import Lpips
 
 
 class Evaluator:
@@ -23,7 +24,7 @@ class Evaluator:
         """Read the test images, and load LPIPS if its weights are at hand.
 
         Raises:
-            UserError: a test image is missing or damaged.
+            UserError: a test image is missing or damaged, or the weights of LPIPS are not the published ones.
         """
         self._cameras = scene.cameras[scene.test]
         self._names = [scene.names[index] for index in scene.test]
@@ -36,9 +37,9 @@ class Evaluator:
     def _load_lpips(settings: LpipsSettings, device: str) -> Lpips:
         prepare_torchvision()
         try:
-            return Lpips(settings.net, settings.range, device=device)
+            return Lpips(settings.net, settings.range, *read_lpips(settings.net), device=device)
         except ValueError as error:
-            raise UserError("LPIPS weights", str(error), "remove that file, or put the right one there") from error
+            raise UserError("LPIPS weights", str(error), "remove the file and fetch it again") from error
 
     def __call__(self, renderer: Renderer) -> list[ImageMetrics]:
         """Return the metrics of every test image, in order of name."""
