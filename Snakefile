@@ -15,7 +15,7 @@ if "scale" not in config:
 include: "workflows/rules/common.smk"
 include: "workflows/rules/data.smk"
 include: "workflows/rules/scorer.smk"
-include: "workflows/rules/no_reference.smk"
+include: "workflows/rules/metric_parameters.smk"
 include: "workflows/rules/nvs.smk"
 include: "workflows/rules/runtime.smk"
 include: "workflows/rules/report.smk"

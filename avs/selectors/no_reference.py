@@ -163,7 +163,7 @@ class NoReferenceSelector:
 
 
 def _build_niqe(settings: NIQESettings, resources: Resources) -> NoReferenceSelector:
-    """Return NIQE with the published parameters, or with those of ``avs niqe fit`` if they are passed.
+    """Return NIQE with the published parameters, or with those of ``avs niqe_fit`` if they are passed.
 
     Raises:
         UserError: the parameters are absent, damaged, or were fitted with other settings than the method's.

@@ -52,7 +52,7 @@ rule embedded_scene:
     message:
         "scene {wildcards.pattern}_{wildcards.seed}"
     shell:
-        "{AVS} embedded {wildcards.pattern} {wildcards.seed} --settings {input.settings}"
+        "{AVS} embedded_scene {wildcards.pattern} {wildcards.seed} --settings {input.settings}"
         " --out {params.folder} --log {log}"
 
 
@@ -76,4 +76,4 @@ rule capture_scene:
     message:
         "scene {wildcards.scene}, from {params.source}"
     shell:
-        "{AVS} capture {params.source:q} --settings {input.settings} --out {params.folder} --log {log}"
+        "{AVS} capture_scene {params.source:q} --settings {input.settings} --out {params.folder} --log {log}"

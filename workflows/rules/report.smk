@@ -38,7 +38,7 @@ rule nvs_table:
     message:
         "table of {wildcards.dataset}"
     shell:
-        "{AVS} table {input.episodes} --dataset {wildcards.dataset} --settings {input.settings}"
+        "{AVS} nvs_table {input.episodes} --dataset {wildcards.dataset} --settings {input.settings}"
         " --out {params.stem} --log {log}"
 
 
@@ -56,7 +56,7 @@ rule ranking_table:
     message:
         "ranking of {wildcards.dataset}"
     shell:
-        "{AVS} ranking {input.episodes} --dataset {wildcards.dataset} --settings {input.settings}"
+        "{AVS} ranking_table {input.episodes} --dataset {wildcards.dataset} --settings {input.settings}"
         " --out {params.stem} --log {log}"
 
 
@@ -74,7 +74,7 @@ rule psnr_over_views:
     message:
         "figure: PSNR over views"
     shell:
-        "{AVS} figure {input.episodes} --settings {input.settings} --out {params.stem} --log {log}"
+        "{AVS} psnr_over_views {input.episodes} --settings {input.settings} --out {params.stem} --log {log}"
 
 
 rule tables:

@@ -51,7 +51,7 @@ rule runtime_state:
     message:
         "reconstruction of {wildcards.scene} to time selections on"
     shell:
-        "{AVS} runtime state {params.scene} --settings {input.settings} --out {output} --log {log}"
+        "{AVS} runtime_state {params.scene} --settings {input.settings} --out {output} --log {log}"
 
 
 rule runtime:
@@ -79,7 +79,7 @@ rule runtime:
     message:
         "selection time of {wildcards.method} on {wildcards.scene}"
     shell:
-        "{AVS} runtime measure {params.scene} --state {input.state} --settings {input.settings} {params.weights}"
+        "{AVS} runtime {params.scene} --state {input.state} --settings {input.settings} {params.weights}"
         " --out {output} --log {log}"
 
 
@@ -110,5 +110,5 @@ rule runtime_table:
     message:
         "table of selection times"
     shell:
-        "{AVS} runtime table {input.records} {params.episodes} {params.published} --settings {input.settings}"
+        "{AVS} runtime_table {input.records} {params.episodes} {params.published} --settings {input.settings}"
         " --out {params.stem} --log {log}"

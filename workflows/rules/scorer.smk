@@ -36,7 +36,7 @@ rule distortions:
     message:
         "renderings of {wildcards.pattern}_{wildcards.seed} while it is reconstructed"
     shell:
-        "{AVS} scorer distortions {params.folder} {wildcards.seed} --settings {input.settings}"
+        "{AVS} distortions {params.folder} {wildcards.seed} --settings {input.settings}"
         " --out {output} --log {log}"
 
 
@@ -64,5 +64,5 @@ rule scorer_train:
     message:
         "training of the scorer {wildcards.scorer}"
     shell:
-        "{AVS} scorer train {params.training} {params.held_out} --settings {input.settings}"
+        "{AVS} scorer_train {params.training} {params.held_out} --settings {input.settings}"
         " --weights {output.weights} --card {output.card} --log {log}"

@@ -144,8 +144,8 @@ def read_refitted(path: Path) -> Refitted:
             gaussian = Gaussian(opened.get_tensor("mean"), opened.get_tensor("covariance"), settings.refit.patch)
             photographs = int(card["photographs"])
     except FileNotFoundError as error:
-        raise UserError(path, "no such file", "fit NIQE's parameters first: python -m avs niqe fit") from error
+        raise UserError(path, "no such file", "fit NIQE's parameters first: python -m avs niqe_fit") from error
     except (OSError, safetensors.SafetensorError, KeyError, TypeError, ValueError) as error:
         reason = " ".join(str(error).split())[:100]
-        raise UserError(path, f"not parameters that avs niqe fit wrote ({reason})", _REMEDY) from error
+        raise UserError(path, f"not parameters that avs niqe_fit wrote ({reason})", _REMEDY) from error
     return Refitted(checked(gaussian, path, _REMEDY), settings, photographs)

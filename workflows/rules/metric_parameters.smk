@@ -24,4 +24,4 @@ rule niqe_fit:
     message:
         "NIQE's parameters from photographs of the training scenes"
     shell:
-        "{AVS} niqe fit {params.scenes} --settings {input.settings} --out {output} --log {log}"
+        "{AVS} niqe_fit {params.scenes} --settings {input.settings} --out {output} --log {log}"

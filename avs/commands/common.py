@@ -1,0 +1,52 @@
+"""Commands of what all stages share, and those that look after a run."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from avs.commands.arguments import Log, Out
+from avs.system.compatibility import limit_threads
+from avs.system.jobs import job
+
+commands = typer.Typer()
+
+
+@commands.command()
+def settings(values: Annotated[str, typer.Argument(help="JSON")], out: Out, log: Log = None) -> None:
+    """Write a part of the configuration to a file, for the commands that read it."""
+    from avs.system.files import write_json
+
+    with job(log):
+        write_json(out, json.loads(values))
+
+
+@commands.command()
+def kernels(log: Log = None) -> None:
+    """Compile the CPU kernels, so that no episode has to."""
+    from avs.representations.gaussians.compilation import compile_kernels
+
+    with job(log):
+        limit_threads()
+        compile_kernels()
+
+
+@commands.command()
+def schemas(out: Path = Path("workflows/schemas")) -> None:
+    """Generate the JSON schemas of the configuration, the scene file and the records."""
+    from avs.config.schemas import write_schemas
+
+    with job(None):
+        write_schemas(out)
+
+
+@commands.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
+def resume(context: typer.Context) -> None:
+    """Complete a killed run: unlock, unless a run is alive, then call snakemake with the arguments that follow."""
+    from avs.system.resume import resume as run
+
+    with job(None):
+        run(context.args)

@@ -1,0 +1,44 @@
+"""Commands that run episodes of view synthesis."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from avs.commands.arguments import Device, Log, Out, SettingsFile, Weights
+from avs.system.compatibility import limit_threads
+from avs.system.jobs import job
+
+commands = typer.Typer()
+
+
+@commands.command()
+def episode(
+    scene: Path,
+    seed: int,
+    settings: SettingsFile,
+    out: Out,
+    weights: Weights = None,
+    views: Annotated[Path | None, typer.Option(help="views.json of a method that is a program of its own")] = None,
+    log: Log = None,
+) -> None:
+    """Run one episode: one method on one scene with one seed."""
+    from avs.nvs.experiment import EpisodeSettings, run_episode
+
+    with job(log) as console:
+        limit_threads()
+        checked = EpisodeSettings.model_validate(json.loads(settings.read_text()))
+        run_episode(scene, checked, seed, weights, out, console.progress, views)
+
+
+@commands.command()
+def replay(scene: Path, episode: Path, out: Out, device: Device = "cpu", log: Log = None) -> None:
+    """Run an episode again on the views that its record lists."""
+    from avs.nvs.experiment import replay_episode
+
+    with job(log) as console:
+        limit_threads()
+        replay_episode(scene, episode, device, out, console.progress)

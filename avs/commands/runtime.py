@@ -1,0 +1,60 @@
+"""Commands that time the selections of each method."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from avs.commands.arguments import Log, Out, SettingsFile, Stem, Weights
+from avs.system.compatibility import limit_threads
+from avs.system.jobs import job
+
+commands = typer.Typer()
+
+
+@commands.command("runtime_state")
+def runtime_state(scene: Path, settings: SettingsFile, out: Out, log: Log = None) -> None:
+    """Fit the reconstruction that methods are timed on."""
+    from avs.nvs.timing import StateSettings, write_state
+
+    with job(log):
+        limit_threads()
+        write_state(scene, StateSettings.model_validate(json.loads(settings.read_text())), out)
+
+
+@commands.command()
+def runtime(
+    scene: Path,
+    state: Annotated[Path, typer.Option(help="checkpoint of the reconstruction")],
+    settings: SettingsFile,
+    out: Out,
+    weights: Weights = None,
+    log: Log = None,
+) -> None:
+    """Time the selections of one method; nothing else should run meanwhile."""
+    from avs.nvs.timing import TimingSettings, time_method
+
+    with job(log) as console:
+        limit_threads()
+        checked = TimingSettings.model_validate(json.loads(settings.read_text()))
+        time_method(scene, state, checked, weights, out, console.progress)
+
+
+@commands.command("runtime_table")
+def runtime_table(
+    records: list[Path],
+    settings: SettingsFile,
+    out: Stem,
+    episode: Annotated[list[Path] | None, typer.Option(help="an episode on the scene, for the PSNR")] = None,
+    published: Annotated[list[Path] | None, typer.Option(help="a file of results/published")] = None,
+    log: Log = None,
+) -> None:
+    """Write the table of selection times as csv, md and tex."""
+    from avs.report.tables.runtime_table import write_runtime_table
+
+    with job(log):
+        values = json.loads(settings.read_text())
+        write_runtime_table(records, episode or [], values["methods"], values["absent"], published or [], out)

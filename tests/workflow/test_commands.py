@@ -1,0 +1,36 @@
+"""Every rule calls the command of its own name, and a stage's commands are where its rules are."""
+
+import importlib
+import re
+
+import pytest
+
+from avs.commands.main import STAGES, app
+from tests.workflow.project import ROOT
+
+RULES = sorted((ROOT / "workflows" / "rules").glob("*.smk"))
+
+
+def called(path):
+    """Return the command that each rule of a file calls."""
+    rules = re.split(r"^rule (?=\w+:$)", path.read_text(), flags=re.MULTILINE)[1:]
+    commands = {rule.partition(":")[0]: re.search(r"\{AVS\} (\w+) ", rule) for rule in rules}
+    return {rule: command[1] for rule, command in commands.items() if command}
+
+
+def names(typer_app):
+    return {command.name or command.callback.__name__ for command in typer_app.registered_commands}
+
+
+@pytest.mark.parametrize("path", RULES, ids=lambda path: path.stem)
+def test_a_rule_calls_the_command_of_its_name_in_the_file_of_its_stage(path):
+    commands = called(path)
+    assert all(rule == command for rule, command in commands.items())
+    if commands:
+        assert commands.keys() <= names(importlib.import_module(f"avs.commands.{path.stem}").commands)
+
+
+def test_no_two_stages_have_a_command_of_one_name():
+    counted = [name for stage in STAGES for name in names(stage.commands)]
+    assert len(counted) == len(set(counted))
+    assert len(app.registered_groups) == len(STAGES) + 1
