@@ -26,7 +26,8 @@ def episode(
     log: Log = None,
 ) -> None:
     """Run one episode: one method on one scene with one seed."""
-    from avs.nvs.experiment import EpisodeSettings, run_episode
+    from avs.nvs.episode_settings import EpisodeSettings
+    from avs.nvs.experiment import run_episode
 
     with job(log) as console:
         limit_threads()

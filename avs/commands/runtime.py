@@ -18,7 +18,8 @@ commands = typer.Typer()
 @commands.command("runtime_state")
 def runtime_state(scene: Path, settings: SettingsFile, out: Out, log: Log = None) -> None:
     """Fit the reconstruction that methods are timed on."""
-    from avs.nvs.timing import StateSettings, write_state
+    from avs.nvs.timing import write_state
+    from avs.nvs.timing_settings import StateSettings
 
     with job(log):
         limit_threads()
@@ -35,7 +36,8 @@ def runtime(
     log: Log = None,
 ) -> None:
     """Time the selections of one method; nothing else should run meanwhile."""
-    from avs.nvs.timing import TimingSettings, time_method
+    from avs.nvs.timing import time_method
+    from avs.nvs.timing_settings import TimingSettings
 
     with job(log) as console:
         limit_threads()

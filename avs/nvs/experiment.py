@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel
 
+from avs.nvs.episode_settings import EpisodeSettings
 from avs.nvs.evaluation import Evaluator
 from avs.nvs.loop import Builder, Identity, Plan, Progress, run
 from avs.nvs.program import ListedViews, read_views
@@ -22,19 +23,8 @@ from avs.selection import registry
 from avs.selection.contract import Method, PreparesRepresentation, Resources, Settings
 from avs.system.errors import UserError
 from avs.system.files import file_hash
-from avs.system.models import StrictModel
 from avs.system.records import read_record, write_record
 from avs.system.seeds import seed_of
-
-
-class EpisodeSettings(StrictModel):
-    """What an episode reads of the configuration."""
-
-    method: str = Field(description="identifier of the selection method")
-    device: Literal["cpu", "cuda"] = Field(description="where the reconstruction and networks run")
-    protocol: ProtocolSettings = Field(description="the loop")
-    representation: GaussianSettings = Field(description="the reconstruction")
-    selector: dict[str, Any] = Field(description="settings of the method")
 
 
 def run_episode(

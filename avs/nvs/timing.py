@@ -4,45 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Literal
 
 import numpy as np
 import torch
-from pydantic import Field, PositiveInt
 
 from avs.nvs.experiment import builder, check_device
 from avs.nvs.loop import Progress, capped_budget
-from avs.nvs.protocol import ProtocolSettings
 from avs.nvs.timing_record import Runtime, SelectionTimes
-from avs.nvs.timing_settings import RuntimeSettings
+from avs.nvs.timing_settings import StateSettings, TimingSettings
 from avs.representations.base import Representation
-from avs.representations.gaussians.gaussian_settings import GaussianSettings
 from avs.scene.cameras import IndexArray
 from avs.scene.sampling import initial_views
 from avs.scene.scene import Scene, read_scene
 from avs.selection import registry
 from avs.selection.contract import Method, PreparesRepresentation, Resources, Selector, State, Truth
 from avs.system import provenance
-from avs.system.models import StrictModel
 from avs.system.records import write_record
 from avs.system.seeds import seed_of
-
-
-class StateSettings(StrictModel):
-    """What the common reconstruction reads of the configuration."""
-
-    device: Literal["cpu", "cuda"] = Field(description="where the reconstruction and networks run")
-    protocol: ProtocolSettings = Field(description="the loop whose schedule the reconstruction follows")
-    representation: GaussianSettings = Field(description="the reconstruction")
-    runtime: RuntimeSettings = Field(description="what is timed")
-
-
-class TimingSettings(StateSettings):
-    """What the timing of a method reads of the configuration."""
-
-    method: str = Field(description="identifier of the selection method")
-    selector: dict[str, Any] = Field(description="settings of the method")
-    views_per_step: PositiveInt = Field(description="views that the method chooses at once")
 
 
 def write_state(scene_folder: Path, settings: StateSettings, out: Path) -> None:

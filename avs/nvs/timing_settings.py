@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any, Literal
+
 from pydantic import Field, PositiveFloat, PositiveInt
 
+from avs.nvs.protocol import ProtocolSettings
+from avs.representations.gaussians.gaussian_settings import GaussianSettings
 from avs.system.models import StrictModel
 
 
@@ -22,3 +26,20 @@ class RuntimeSettings(StrictModel):
         default=20.0,
         description="no further selection of a method begins after so many seconds, but one is always timed",
     )
+
+
+class StateSettings(StrictModel):
+    """What the common reconstruction reads of the configuration."""
+
+    device: Literal["cpu", "cuda"] = Field(description="where the reconstruction and networks run")
+    protocol: ProtocolSettings = Field(description="the loop whose schedule the reconstruction follows")
+    representation: GaussianSettings = Field(description="the reconstruction")
+    runtime: RuntimeSettings = Field(description="what is timed")
+
+
+class TimingSettings(StateSettings):
+    """What the timing of a method reads of the configuration."""
+
+    method: str = Field(description="identifier of the selection method")
+    selector: dict[str, Any] = Field(description="settings of the method")
+    views_per_step: PositiveInt = Field(description="views that the method chooses at once")

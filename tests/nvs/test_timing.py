@@ -5,9 +5,9 @@ import pytest
 from factories import small_scene
 
 from avs.nvs.protocol import ProtocolSettings
-from avs.nvs.timing import StateSettings, TimingSettings, time_method, write_state
+from avs.nvs.timing import time_method, write_state
 from avs.nvs.timing_record import Runtime
-from avs.nvs.timing_settings import RuntimeSettings
+from avs.nvs.timing_settings import RuntimeSettings, StateSettings, TimingSettings
 from avs.representations.gaussians.gaussian_settings import Densification, GaussianSettings, InitialPoints
 from avs.scene.sampling import initial_views
 from avs.selection import registry

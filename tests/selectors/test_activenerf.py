@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from factories import MeanColor, ring, small_scene
 
+from avs.nvs.episode_settings import EpisodeSettings
 from avs.nvs.evaluation import Evaluator
-from avs.nvs.experiment import EpisodeSettings, replay_episode, run_episode
+from avs.nvs.experiment import replay_episode, run_episode
 from avs.nvs.loop import Identity, Plan, run
 from avs.nvs.protocol import ProtocolSettings
 from avs.nvs.record import Episode

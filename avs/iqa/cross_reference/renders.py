@@ -4,20 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
-from pydantic import Field
 
 from avs.iqa.cross_reference.distortions import CodedMap, Distortions, Image, Moment, coded, write_distortions
-from avs.iqa.cross_reference.scorer_settings import RenderSettings
+from avs.iqa.cross_reference.scorer_settings import RenderJob, RenderSettings
 from avs.representations.base import Representation
-from avs.representations.gaussians.gaussian_settings import GaussianSettings
 from avs.scene.cameras import Cameras, IndexArray
 from avs.scene.sampling import initial_views
 from avs.scene.scene import Scene, read_scene
 from avs.system.errors import UserError
-from avs.system.models import StrictModel
 from metrics.image import ssim_map
 
 _INITIAL_VIEWS = 4
@@ -27,14 +23,6 @@ Builder = Callable[[IndexArray, int], Representation]
 
 Progress = Callable[[str], None]
 """Takes one line about each step."""
-
-
-class RenderJob(StrictModel):
-    """What the making of distortion data reads of the configuration."""
-
-    device: Literal["cpu", "cuda"] = Field(default="cpu", description="where the reconstruction runs")
-    representation: GaussianSettings = Field(description="the reconstruction")
-    renders: RenderSettings = Field(description="when it is rendered")
 
 
 def make_renders(scene_folder: Path, out: Path, job: RenderJob, seed: int, progress: Progress) -> None:

@@ -8,6 +8,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
 
 from avs.iqa.resizing import ResizeSettings
+from avs.representations.gaussians.gaussian_settings import GaussianSettings
 from avs.system.models import StrictModel
 
 BACKBONE_OF = {"repvit": "repvit_m0_9", "dinov2": "vit_small_patch14_dinov2"}
@@ -103,6 +104,14 @@ class RenderSettings(StrictModel):
         if any(later <= earlier for earlier, later in pairwise(self.iterations)):
             raise ValueError("iterations must ascend")
         return self
+
+
+class RenderJob(StrictModel):
+    """What the making of distortion data reads of the configuration."""
+
+    device: Literal["cpu", "cuda"] = Field(default="cpu", description="where the reconstruction runs")
+    representation: GaussianSettings = Field(description="the reconstruction")
+    renders: RenderSettings = Field(description="when it is rendered")
 
 
 class TrainingSettings(StrictModel):

@@ -1,0 +1,21 @@
+"""What an episode is told. Imports no torch, so that the workflow can read it quickly."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import Field
+
+from avs.nvs.protocol import ProtocolSettings
+from avs.representations.gaussians.gaussian_settings import GaussianSettings
+from avs.system.models import StrictModel
+
+
+class EpisodeSettings(StrictModel):
+    """What an episode reads of the configuration."""
+
+    method: str = Field(description="identifier of the selection method")
+    device: Literal["cpu", "cuda"] = Field(description="where the reconstruction and networks run")
+    protocol: ProtocolSettings = Field(description="the loop")
+    representation: GaussianSettings = Field(description="the reconstruction")
+    selector: dict[str, Any] = Field(description="settings of the method")
