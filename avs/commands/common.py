@@ -2,26 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
-from avs.commands.arguments import Log, Out
+from avs.commands.arguments import Log
 from avs.system.compatibility import limit_threads
-from avs.system.jobs import job
+from avs.system.job_process import job
 
 commands = typer.Typer()
-
-
-@commands.command()
-def settings(values: Annotated[str, typer.Argument(help="JSON")], out: Out, log: Log = None) -> None:
-    """Write a part of the configuration to a file, for the commands that read it."""
-    from avs.system.files import write_json
-
-    with job(log):
-        write_json(out, json.loads(values))
 
 
 @commands.command()

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import typer
 
 from avs.commands.arguments import Log, Out, SettingsFile
-from avs.system.jobs import job
+from avs.system.job_process import job
+from avs.system.records import read_record
 
 commands = typer.Typer()
 
@@ -20,7 +20,7 @@ def embedded_scene(pattern: str, seed: int, settings: SettingsFile, out: Out, lo
     from avs.datasets.embedded.embedded_settings import EmbeddedSettings
 
     with job(log):
-        make_scene(pattern, seed, EmbeddedSettings.model_validate(json.loads(settings.read_text())), out)
+        make_scene(pattern, seed, read_record(settings, EmbeddedSettings), out)
 
 
 @commands.command("capture_scene")
@@ -30,4 +30,4 @@ def capture_scene(source: Path, settings: SettingsFile, out: Out, log: Log = Non
     from avs.datasets.captures import prepare
 
     with job(log):
-        prepare(source, out, CaptureSettings.model_validate(json.loads(settings.read_text())))
+        prepare(source, out, read_record(settings, CaptureSettings))

@@ -10,7 +10,7 @@ import typer
 
 from avs.commands import common, data, metric_parameters, nvs, report, runtime, scorer, weights
 from avs.system.compatibility import prepare_environment
-from avs.system.jobs import die_with_parent
+from avs.system.job_process import die_with_parent
 
 HELP = "Active view selection. One command per rule of the workflow, of the same name; every path is an argument."
 STAGES = (common, data, scorer, metric_parameters, nvs, runtime, report)

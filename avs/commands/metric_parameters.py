@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -10,7 +9,8 @@ import typer
 
 from avs.commands.arguments import Log, Out
 from avs.system.compatibility import limit_threads
-from avs.system.jobs import job
+from avs.system.job_process import job
+from avs.system.records import read_record
 
 commands = typer.Typer()
 
@@ -28,5 +28,5 @@ def niqe_fit(
 
     with job(log) as console:
         limit_threads()
-        checked = FitSettings() if settings is None else FitSettings.model_validate(json.loads(settings.read_text()))
+        checked = FitSettings() if settings is None else read_record(settings, FitSettings)
         fit_scenes(scenes, checked, out, console.progress)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -10,7 +9,8 @@ import typer
 
 from avs.commands.arguments import Device, Log, Out, SettingsFile, Weights
 from avs.system.compatibility import limit_threads
-from avs.system.jobs import job
+from avs.system.job_process import job
+from avs.system.records import read_record
 
 commands = typer.Typer()
 
@@ -31,7 +31,7 @@ def episode(
 
     with job(log) as console:
         limit_threads()
-        checked = EpisodeSettings.model_validate(json.loads(settings.read_text()))
+        checked = read_record(settings, EpisodeSettings)
         run_episode(scene, checked, seed, weights, out, console.progress, views)
 
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from avs.commands.arguments import Log, SettingsFile, Stem
-from avs.system.jobs import job
+from avs.system.job_process import job
+from avs.system.records import read_record
 
 commands = typer.Typer()
 
@@ -19,28 +19,31 @@ Dataset = Annotated[str, typer.Option(help="data set whose episodes these are")]
 @commands.command("nvs_table")
 def nvs_table(episodes: list[Path], dataset: Dataset, settings: SettingsFile, out: Stem, log: Log = None) -> None:
     """Write the view selection table of a data set as csv, md and tex."""
+    from avs.config.jobs import TableJob
     from avs.report.tables.view_synthesis import write_nvs_table
 
     with job(log):
-        values = json.loads(settings.read_text())
-        published = None if values["published"] is None else Path(values["published"])
-        write_nvs_table(episodes, values["methods"], dataset, published, out, values["absent"])
+        told = read_record(settings, TableJob)
+        published = None if told.published is None else Path(told.published)
+        write_nvs_table(episodes, told.methods, dataset, published, out, told.absent)
 
 
 @commands.command("ranking_table")
 def ranking_table(episodes: list[Path], dataset: Dataset, settings: SettingsFile, out: Stem, log: Log = None) -> None:
     """Write how well each method's scores rank the candidates of a data set, as csv, md and tex."""
+    from avs.config.jobs import RowsJob
     from avs.report.tables.ranking_table import write_ranking_table
 
     with job(log):
-        values = json.loads(settings.read_text())
-        write_ranking_table(episodes, values["methods"], dataset, out, values["absent"])
+        told = read_record(settings, RowsJob)
+        write_ranking_table(episodes, told.methods, dataset, out, told.absent)
 
 
 @commands.command("psnr_over_views")
 def psnr_over_views(episodes: list[Path], settings: SettingsFile, out: Stem, log: Log = None) -> None:
     """Draw the test PSNR over the number of captured views."""
+    from avs.config.jobs import FigureJob
     from avs.report.figures.psnr_over_views import write_psnr_over_views
 
     with job(log):
-        write_psnr_over_views(episodes, json.loads(settings.read_text())["methods"], out)
+        write_psnr_over_views(episodes, read_record(settings, FigureJob).methods, out)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -10,7 +9,8 @@ import typer
 
 from avs.commands.arguments import Log, Out, SettingsFile, Stem, Weights
 from avs.system.compatibility import limit_threads
-from avs.system.jobs import job
+from avs.system.job_process import job
+from avs.system.records import read_record
 
 commands = typer.Typer()
 
@@ -23,7 +23,7 @@ def runtime_state(scene: Path, settings: SettingsFile, out: Out, log: Log = None
 
     with job(log):
         limit_threads()
-        write_state(scene, StateSettings.model_validate(json.loads(settings.read_text())), out)
+        write_state(scene, read_record(settings, StateSettings), out)
 
 
 @commands.command()
@@ -41,7 +41,7 @@ def runtime(
 
     with job(log) as console:
         limit_threads()
-        checked = TimingSettings.model_validate(json.loads(settings.read_text()))
+        checked = read_record(settings, TimingSettings)
         time_method(scene, state, checked, weights, out, console.progress)
 
 
@@ -55,8 +55,9 @@ def runtime_table(
     log: Log = None,
 ) -> None:
     """Write the table of selection times as csv, md and tex."""
+    from avs.config.jobs import RowsJob
     from avs.report.tables.runtime_table import write_runtime_table
 
     with job(log):
-        values = json.loads(settings.read_text())
-        write_runtime_table(records, episode or [], values["methods"], values["absent"], published or [], out)
+        told = read_record(settings, RowsJob)
+        write_runtime_table(records, episode or [], told.methods, told.absent, published or [], out)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -10,7 +9,8 @@ import typer
 
 from avs.commands.arguments import Log, Out, SettingsFile
 from avs.system.compatibility import limit_threads
-from avs.system.jobs import job
+from avs.system.job_process import job
+from avs.system.records import read_record
 
 commands = typer.Typer()
 
@@ -23,7 +23,7 @@ def distortions(scene: Path, seed: int, settings: SettingsFile, out: Out, log: L
 
     with job(log) as console:
         limit_threads()
-        make_renders(scene, out, RenderJob.model_validate(json.loads(settings.read_text())), seed, console.progress)
+        make_renders(scene, out, read_record(settings, RenderJob), seed, console.progress)
 
 
 @commands.command("scorer_train")
@@ -36,11 +36,10 @@ def scorer_train(
     log: Log = None,
 ) -> None:
     """Train the scorer on renderings."""
-    from avs.iqa.cross_reference.scorer_settings import ScorerSettings
+    from avs.config.jobs import TrainingJob
     from avs.iqa.cross_reference.training import train
 
     with job(log) as console:
         limit_threads()
-        values = json.loads(settings.read_text())
-        checked = ScorerSettings.model_validate(values["scorer"])
-        train(training, held_out, weights, card, checked, console.progress, values["device"])
+        told = read_record(settings, TrainingJob)
+        train(training, held_out, weights, card, told.scorer, console.progress, told.device)

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from avs.system.jobs import job
+from avs.system.job_process import job
 
 HELP = "Pretrained weights from elsewhere: list, fetch, check."
 

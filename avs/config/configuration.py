@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Collection
-from typing import Any, Literal, Self
+from typing import Any, Literal, Self, cast
 
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
@@ -144,6 +144,11 @@ def protocol_of(config: Config, method: str) -> ProtocolSettings:
         return ProtocolSettings.model_validate(config.protocol.model_dump() | config.protocols.get(method, {}))
     except ValidationError as error:
         raise _readable(error, "protocols", method) from None
+
+
+def scorer_of(config: Config, name: str) -> ScorerSettings:
+    """Return the settings of the scorer called ``name``, which the configuration trains."""
+    return config.scorers[cast(ScorerName, name)]
 
 
 def _readable(error: ValidationError, *parents: str) -> UserError:

@@ -8,13 +8,11 @@ import importlib
 import importlib.metadata
 import pkgutil
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
 from avs.selection.contract import Method, Settings
-from avs.system import weights
 from avs.system.errors import UserError
 from avs.system.models import first_fault
 
@@ -63,42 +61,6 @@ def find(identifier: str) -> Registered:
         near = difflib.get_close_matches(identifier, known, n=3) or sorted(known)
         raise UserError(f"method {identifier!r}", "unknown", f"did you mean {', '.join(near)}?")
     return known[identifier]
-
-
-def unavailable(identifier: str, fits: bool = False) -> str | None:
-    """Return why a method cannot run on this machine, with the command that helps, or None.
-
-    The reason is that published weights which it needs are absent; neither the network nor torch is used to find out.
-
-    Args:
-        identifier: of the method.
-        fits: whether the run can fit the method's fallback, which then serves.
-
-    Raises:
-        UserError: the method is unknown.
-    """
-    method = find(identifier).method
-    return None if fits and method.fallback is not None else weights.missing(method.pretrained)
-
-
-def fallback(identifier: str) -> str | None:
-    """Return the name of the parameters that stand in for absent published weights of a method, or None.
-
-    Raises:
-        UserError: the method is unknown.
-    """
-    method = find(identifier).method
-    return None if weights.missing(method.pretrained) is None else method.fallback
-
-
-def published(identifier: str) -> Path | None:
-    """Return the local file of a method's published weights, unread; None if it needs none, or more than one.
-
-    Raises:
-        UserError: the method is unknown.
-    """
-    names = find(identifier).method.pretrained
-    return weights.locate(names[0]) if len(names) == 1 else None
 
 
 def create_settings(identifier: str, values: dict[str, Any]) -> Settings:

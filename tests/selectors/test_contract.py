@@ -14,6 +14,7 @@ from avs.scene.views import Views
 from avs.selection import registry
 from avs.selection.contract import PreparesRepresentation, Resources, State, Truth
 from avs.system.errors import UserError
+from avs.system.weights import missing
 from tests import tolerances
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -29,7 +30,7 @@ IDENTIFIERS = {
 }
 RENDERS_ONLY = ("2D-based", "Geometric")
 
-METHODS = [identifier for identifier in sorted(registry.methods()) if registry.unavailable(identifier) is None]
+METHODS = [name for name, found in sorted(registry.methods().items()) if missing(found.method.pretrained) is None]
 every_method = pytest.mark.parametrize("identifier", METHODS)
 
 
@@ -188,7 +189,7 @@ def test_hidden_photographs_are_shown_to_oracles_alone():
 def test_metadata_are_read_without_heavy_libraries():
     heavy = ("torch", "open3d", "pyiqa", "pycolmap", "numba", "timm")
     code = (
-        "import sys; from avs.selection import registry; [registry.unavailable(name) for name in registry.methods()];"
+        "import sys; from avs.selection import registry; registry.methods();"
         f"print([name for name in {heavy} if name in sys.modules])"
     )
     result = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)

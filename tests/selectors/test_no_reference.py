@@ -160,22 +160,6 @@ def _niqe(weights, settings):
     return method.build(registry.create_settings("niqe", settings), Resources(weights))
 
 
-def test_absent_parameters_of_niqe_can_be_fitted_those_of_others_not(tmp_path, shared_weights, monkeypatch):
-    monkeypatch.setenv("TORCH_HOME", str(tmp_path))
-    monkeypatch.setenv("AVS_WEIGHTS", str(tmp_path))
-    assert registry.unavailable("niqe") == "weights niqe absent: python -m avs weights fetch niqe"
-    assert registry.unavailable("niqe", fits=True) is None
-    assert registry.unavailable("musiq", fits=True) is not None
-    assert registry.fallback("niqe") == "niqe"
-    assert registry.fallback("musiq") is None
-    assert registry.published("niqe") is None
-    monkeypatch.setenv("AVS_WEIGHTS", str(shared_weights))
-    assert registry.unavailable("niqe") is None
-    assert registry.fallback("niqe") is None
-    assert registry.published("niqe") == shared_weights / "pyiqa/niqe_modelparameters.mat"
-    assert registry.published("random") is None
-
-
 def test_listing_the_methods_imports_no_torch():
     code = "import sys; from avs.selection import registry; registry.methods(); sys.exit('torch' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

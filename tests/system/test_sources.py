@@ -6,7 +6,7 @@ from avs.system.code_inputs import ROOT, sources
 def test_imports_are_followed_also_inside_functions():
     files = sources("avs.commands.main")
     assert "avs/commands/main.py" in files
-    assert "avs/system/jobs.py" in files
+    assert "avs/system/job_process.py" in files
     assert "avs/nvs/loop.py" in files  # through a function of main.py and through avs/nvs/experiment.py
     assert "metrics/image.py" in files
     assert "avs/__init__.py" in files

@@ -39,7 +39,7 @@ def capture_files(wildcards):
 
 rule embedded_scene:
     input:
-        settings=f"{RESULTS}/settings/embedded.json",
+        settings=f"{RESULTS}/settings/embedded_scene.json",
         code=sources("avs.datasets.embedded"),
     output:
         f"{RESULTS}/scenes/{{pattern}}_{{seed}}/scene.json",
@@ -59,7 +59,7 @@ rule embedded_scene:
 rule capture_scene:
     input:
         files=capture_files,
-        settings=f"{RESULTS}/settings/captures.json",
+        settings=f"{RESULTS}/settings/capture_scene.json",
         code=sources("avs.datasets.captures"),
     output:
         f"{RESULTS}/scenes/{{scene}}/scene.json",

@@ -10,17 +10,21 @@ def training_scenes(wildcards):
     )
 
 
+def scene_folders(wildcards, input):
+    return [str(Path(path).parent) for path in input.scenes]
+
+
 rule niqe_fit:
     input:
         scenes=training_scenes,
-        settings=f"{RESULTS}/settings/refit/niqe.json",
+        settings=f"{RESULTS}/settings/niqe_fit.json",
         code=sources("avs.iqa.no_reference.niqe_fit"),
     output:
         f"{RESULTS}/parameters/niqe.safetensors",
     log:
         f"{LOGS}/parameters/niqe.log",
     params:
-        scenes=lambda wildcards, input: [Path(path).parent for path in input.scenes],
+        scenes=scene_folders,
     message:
         "NIQE's parameters from photographs of the training scenes"
     shell:

@@ -11,6 +11,12 @@ module program:
 EPISODE = f"{RESULTS}/episodes/{{dataset}}/{{scene}}/{{method}}/{{seed}}/episode.json"
 VIEWS = EPISODE.replace("/episode.json", "/views.json")
 
+# Weights that this run makes, by rule.
+MADE = {
+    "scorer_train": f"{RESULTS}/scorer/{{name}}/weights.safetensors",
+    "niqe_fit": f"{RESULTS}/parameters/{{name}}.safetensors",
+}
+
 
 def views_of(method):
     """Return the output of the rule that makes the views of one method which is a program of its own."""
@@ -35,18 +41,20 @@ def method_code(wildcards):
     return sources("avs.nvs.experiment", registry.find(wildcards.method).module)
 
 
-def scorer_weights(wildcards):
-    """Return the weights that a method needs, if any: published ones where they are at hand, else those of this run."""
-    if wildcards.method in PROGRAMS:
-        return []
-    scorer = registry.find(wildcards.method).method.scorer
-    if scorer is not None:
-        published = published_weights(scorer, settings.scorers[scorer])
-        return published or f"{RESULTS}/scorer/{scorer}/weights.safetensors"
-    fallback = registry.fallback(wildcards.method)
-    if fallback is not None:
-        return f"{RESULTS}/parameters/{fallback}.safetensors"
-    return registry.published(wildcards.method) or []
+def method_weights(wildcards):
+    """Return the file of weights that a method gets, if any: one that is here, or one that a rule makes."""
+    weights = weights_of(settings, wildcards.method)
+    if isinstance(weights, Made):
+        return MADE[weights.rule].format(name=weights.name)
+    return str(weights or "") or []
+
+
+def weights_option(wildcards, input):
+    return f"--weights {input.weights}" if input.weights else ""
+
+
+def views_option(wildcards, input):
+    return f"--views {input.views}" if input.views else ""
 
 
 def listed_views(wildcards):
@@ -59,7 +67,7 @@ def listed_views(wildcards):
 rule episode:
     input:
         scene=f"{RESULTS}/scenes/{{scene}}/scene.json",
-        weights=scorer_weights,
+        weights=method_weights,
         views=listed_views,
         kernels=ancient(KERNELS),
         settings=f"{RESULTS}/settings/episode/{{method}}.json",
@@ -74,10 +82,8 @@ rule episode:
         gpu=int(settings.device == "cuda"),
     params:
         scene=subpath(input.scene, parent=True),
-        weights=lambda wildcards, input: (
-            f"--weights {input.weights}" if input.weights else ""
-        ),
-        views=lambda wildcards, input: (f"--views {input.views}" if input.views else ""),
+        weights=weights_option,
+        views=views_option,
         folder=subpath(output.episode, parent=True),
     message:
         "episode: {wildcards.method} on {wildcards.scene}, seed {wildcards.seed}"

@@ -13,14 +13,18 @@ def published_file(wildcards):
     return published(wildcards.dataset) or []
 
 
+def dataset_episodes(wildcards):
+    return episodes(wildcards.dataset)
+
+
 def all_episodes(wildcards):
     return [path for dataset in SCENES for path in episodes(dataset)]
 
 
 rule nvs_table:
     input:
-        episodes=lambda wildcards: episodes(wildcards.dataset),
-        settings=f"{RESULTS}/settings/table/{{dataset}}.json",
+        episodes=dataset_episodes,
+        settings=f"{RESULTS}/settings/nvs_table/{{dataset}}.json",
         published=published_file,
         code=sources("avs.report.tables.view_synthesis"),
     output:
@@ -34,7 +38,7 @@ rule nvs_table:
     log:
         f"{LOGS}/tables/nvs_{{dataset}}.log",
     params:
-        stem=lambda wildcards, output: output[0].removesuffix(".csv"),
+        stem=subpath(output[0], strip_suffix=".csv"),
     message:
         "table of {wildcards.dataset}"
     shell:
@@ -44,15 +48,15 @@ rule nvs_table:
 
 rule ranking_table:
     input:
-        episodes=lambda wildcards: episodes(wildcards.dataset),
-        settings=f"{RESULTS}/settings/table/{{dataset}}.json",
+        episodes=dataset_episodes,
+        settings=f"{RESULTS}/settings/ranking_table.json",
         code=sources("avs.report.tables.ranking_table"),
     output:
         multiext(f"{RESULTS}/tables/ranking_{{dataset}}", ".csv", ".md", ".tex"),
     log:
         f"{LOGS}/tables/ranking_{{dataset}}.log",
     params:
-        stem=lambda wildcards, output: output[0].removesuffix(".csv"),
+        stem=subpath(output[0], strip_suffix=".csv"),
     message:
         "ranking of {wildcards.dataset}"
     shell:
@@ -63,14 +67,14 @@ rule ranking_table:
 rule psnr_over_views:
     input:
         episodes=all_episodes,
-        settings=f"{RESULTS}/settings/figure/psnr_over_views.json",
+        settings=f"{RESULTS}/settings/psnr_over_views.json",
         code=sources("avs.report.figures.psnr_over_views"),
     output:
         multiext(f"{RESULTS}/figures/psnr_over_views", ".pdf", ".png"),
     log:
         f"{LOGS}/figures/psnr_over_views.log",
     params:
-        stem=lambda wildcards, output: output[0].removesuffix(".pdf"),
+        stem=subpath(output[0], strip_suffix=".pdf"),
     message:
         "figure: PSNR over views"
     shell:

@@ -4,9 +4,6 @@ from avs.nvs.timing_settings import RuntimeSettings
 
 RUNTIME = f"{RESULTS}/runtime/{{scene}}"
 TIMED = [method for method in RUNNABLE if method not in PROGRAMS]
-NOT_TIMED = ABSENT | {
-    method: "a program of its own is not timed" for method in PROGRAMS
-}
 
 
 def timed_scene():
@@ -19,6 +16,16 @@ def timed_scene():
             f"error: configuration: runtime.scene: {wanted} is no scene of this run; name one of them"
         )
     return found[0]
+
+
+def timings(wildcards):
+    """Return the times of each method that is timed."""
+    return expand(f"{RUNTIME}/{{method}}.json", scene=timed_scene()[1], method=TIMED)
+
+
+def timing_code(wildcards):
+    """Return the source files of a method and of its timing."""
+    return sources("avs.nvs.timing", registry.find(wildcards.method).module)
 
 
 def timed_episodes(wildcards):
@@ -34,11 +41,19 @@ def runtime_tables(wildcards):
     )
 
 
+def episode_options(wildcards, input):
+    return repeated("--episode", input.episodes)
+
+
+def published_options(wildcards, input):
+    return repeated("--published", input.published)
+
+
 rule runtime_state:
     input:
         scene=f"{RESULTS}/scenes/{{scene}}/scene.json",
         kernels=ancient(KERNELS),
-        settings=f"{RESULTS}/settings/runtime/state.json",
+        settings=f"{RESULTS}/settings/runtime_state.json",
         code=sources("avs.nvs.timing"),
     output:
         f"{RUNTIME}/state.safetensors",
@@ -58,12 +73,10 @@ rule runtime:
     input:
         scene=f"{RESULTS}/scenes/{{scene}}/scene.json",
         state=f"{RUNTIME}/state.safetensors",
-        weights=scorer_weights,
+        weights=method_weights,
         kernels=ancient(KERNELS),
         settings=f"{RESULTS}/settings/runtime/{{method}}.json",
-        code=lambda wildcards: sources(
-            "avs.nvs.timing", registry.find(wildcards.method).module
-        ),
+        code=timing_code,
     output:
         f"{RUNTIME}/{{method}}.json",
     log:
@@ -73,9 +86,7 @@ rule runtime:
         gpu=int(settings.device == "cuda"),
     params:
         scene=subpath(input.scene, parent=True),
-        weights=lambda wildcards, input: (
-            f"--weights {input.weights}" if input.weights else ""
-        ),
+        weights=weights_option,
     message:
         "selection time of {wildcards.method} on {wildcards.scene}"
     shell:
@@ -85,9 +96,7 @@ rule runtime:
 
 rule runtime_table:
     input:
-        records=lambda wildcards: expand(
-            f"{RUNTIME}/{{method}}.json", scene=timed_scene()[1], method=TIMED
-        ),
+        records=timings,
         episodes=timed_episodes,
         published=[
             "results/published/runtime_garden_detail.csv",
@@ -100,13 +109,9 @@ rule runtime_table:
     log:
         f"{LOGS}/tables/runtime.log",
     params:
-        episodes=lambda wildcards, input: [
-            f"--episode {path}" for path in input.episodes
-        ],
-        published=lambda wildcards, input: [
-            f"--published {path}" for path in input.published
-        ],
-        stem=lambda wildcards, output: output[0].removesuffix(".csv"),
+        episodes=episode_options,
+        published=published_options,
+        stem=subpath(output[0], strip_suffix=".csv"),
     message:
         "table of selection times"
     shell:

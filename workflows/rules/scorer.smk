@@ -18,6 +18,14 @@ def held_out_distortions(wildcards):
     return distortions(settings.distortions.held_out_seeds)
 
 
+def training_options(wildcards, input):
+    return repeated("--training", input.training)
+
+
+def held_out_options(wildcards, input):
+    return repeated("--held-out", input.held_out)
+
+
 rule distortions:
     input:
         scene=f"{RESULTS}/scenes/{{pattern}}_{{seed}}/scene.json",
@@ -44,7 +52,7 @@ rule scorer_train:
     input:
         training=training_distortions,
         held_out=held_out_distortions,
-        settings=f"{RESULTS}/settings/training/{{scorer}}.json",
+        settings=f"{RESULTS}/settings/scorer_train/{{scorer}}.json",
         code=sources("avs.iqa.cross_reference.training"),
     output:
         weights=f"{RESULTS}/scorer/{{scorer}}/weights.safetensors",
@@ -55,12 +63,8 @@ rule scorer_train:
     resources:
         gpu=int(settings.device == "cuda"),
     params:
-        training=lambda wildcards, input: [
-            f"--training {path}" for path in input.training
-        ],
-        held_out=lambda wildcards, input: [
-            f"--held-out {path}" for path in input.held_out
-        ],
+        training=training_options,
+        held_out=held_out_options,
     message:
         "training of the scorer {wildcards.scorer}"
     shell:

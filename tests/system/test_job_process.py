@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def run(body, log=None):
-    code = "from pathlib import Path\nfrom avs.system.jobs import job\n"
+    code = "from pathlib import Path\nfrom avs.system.job_process import job\n"
     code += f"with job({log and f'Path({str(log)!r})'}) as console:\n"
     code += "\n".join(f"    {line}" for line in body.splitlines())
     return subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
@@ -53,7 +53,7 @@ def test_a_job_ends_with_its_parent(tmp_path):
     mark = tmp_path / "mark"
     child = f"""
 import time
-from avs.system.jobs import die_with_parent
+from avs.system.job_process import die_with_parent
 die_with_parent()
 open({str(mark)!r}, "w").write("ready")
 time.sleep(60)

@@ -1,0 +1,142 @@
+"""What the jobs of each rule read of the configuration: one typed model per rule, made from the whole.
+
+The workflow writes it as a file that the job depends on, so that a change of the configuration reruns what reads it and
+nothing else. The command of the rule's name reads it back. A model that a lower room takes whole is that room's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Literal
+
+from pydantic import Field
+
+from avs.config.configuration import Config, protocol_of, scorer_of
+from avs.config.method_weights import absent_methods, is_program
+from avs.datasets.capture_settings import CaptureSettings
+from avs.datasets.embedded.embedded_settings import EmbeddedSettings
+from avs.iqa.cross_reference.scorer_settings import RenderJob, RenderSettings, ScorerSettings
+from avs.iqa.no_reference.niqe_settings import FitSettings
+from avs.nvs.episode_settings import EpisodeSettings
+from avs.nvs.timing_settings import RuntimeSettings, StateSettings, TimingSettings
+from avs.report.published import published_name
+from avs.selection import registry
+from avs.system.models import StrictModel
+
+
+class TrainingJob(StrictModel):
+    """What the training of a scorer reads."""
+
+    device: Literal["cpu", "cuda"] = Field(description="where networks run")
+    scorer: ScorerSettings = Field(description="the scorer")
+
+
+class FigureJob(StrictModel):
+    """What a figure reads."""
+
+    methods: tuple[str, ...] = Field(description="identifiers of the methods, in order")
+
+
+class RowsJob(FigureJob):
+    """What a table reads."""
+
+    absent: dict[str, str] = Field(description="why a method has no number, by identifier")
+
+
+class TableJob(RowsJob):
+    """What the table of a data set reads."""
+
+    published: str | None = Field(description="file of the published values to print beside its own")
+
+
+def _embedded_scene(config: Config, _: str) -> EmbeddedSettings:
+    return config.embedded.capture
+
+
+def _capture_scene(config: Config, _: str) -> CaptureSettings:
+    return config.captures
+
+
+def _distortions(config: Config, _: str) -> RenderJob:
+    renders = RenderSettings() if config.distortions is None else config.distortions.renders
+    return RenderJob(device=config.device, representation=config.representation, renders=renders)
+
+
+def _scorer_train(config: Config, scorer: str) -> TrainingJob:
+    return TrainingJob(device=config.device, scorer=scorer_of(config, scorer))
+
+
+def _niqe_fit(config: Config, _: str) -> FitSettings:
+    settings = registry.create_settings("niqe", config.selectors.get("niqe", {}))
+    return FitSettings.model_validate(settings.model_dump(include=set(FitSettings.model_fields)))
+
+
+def _episode(config: Config, method: str) -> EpisodeSettings:
+    return EpisodeSettings(
+        method=method,
+        device=config.device,
+        protocol=protocol_of(config, method),
+        representation=config.representation,
+        selector=config.selectors.get(method, {}),
+    )
+
+
+def _runtime_state(config: Config, _: str) -> StateSettings:
+    return StateSettings(
+        device=config.device,
+        protocol=config.protocol,
+        representation=config.representation,
+        runtime=config.runtime or RuntimeSettings(),
+    )
+
+
+def _runtime(config: Config, method: str) -> TimingSettings:
+    return TimingSettings(
+        **dict(_runtime_state(config, "")),
+        method=method,
+        selector=config.selectors.get(method, {}),
+        views_per_step=protocol_of(config, method).views_per_step,
+    )
+
+
+def _runtime_table(config: Config, _: str) -> RowsJob:
+    programs = {method: "a program of its own is not timed" for method in config.methods if is_program(method)}
+    return RowsJob(methods=config.methods, absent=absent_methods(config) | programs)
+
+
+def _nvs_table(config: Config, dataset: str) -> TableJob:
+    name = published_name(dataset)
+    published = None if name is None else f"results/published/{name}"
+    return TableJob(methods=config.methods, absent=absent_methods(config), published=published)
+
+
+def _ranking_table(config: Config, _: str) -> RowsJob:
+    return RowsJob(methods=config.methods, absent=absent_methods(config))
+
+
+def _psnr_over_views(config: Config, _: str) -> FigureJob:
+    return FigureJob(methods=config.methods)
+
+
+JOBS: dict[str, Callable[[Config, str], StrictModel]] = {
+    "embedded_scene": _embedded_scene,
+    "capture_scene": _capture_scene,
+    "distortions": _distortions,
+    "scorer_train": _scorer_train,
+    "niqe_fit": _niqe_fit,
+    "episode": _episode,
+    "runtime_state": _runtime_state,
+    "runtime": _runtime,
+    "runtime_table": _runtime_table,
+    "nvs_table": _nvs_table,
+    "ranking_table": _ranking_table,
+    "psnr_over_views": _psnr_over_views,
+}
+"""What makes the settings of a rule's jobs: from the configuration, and from the method, data set or scorer of the job;
+a rule whose jobs all read the same is given an empty name."""
+
+
+def settings_of(config: Config, job: str) -> StrictModel:
+    """Return the settings of a job, given as ``rule`` or ``rule/name``, such as ``episode/random``."""
+    rule, _, name = job.partition("/")
+    return JOBS[rule](config, name)

@@ -1,0 +1,70 @@
+"""Which weights a method gets in a run, and why a method cannot run at all: the one place where that is decided."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from avs.config.configuration import Config, scorer_of
+from avs.iqa.cross_reference.published_weights import published_weights
+from avs.selection import registry
+from avs.system import weights
+
+
+@dataclass(frozen=True)
+class Made:
+    """Weights that this run makes.
+
+    Attributes:
+        rule: the rule that makes them.
+        name: the scorer that is trained, or the metric whose parameters are fitted.
+    """
+
+    rule: Literal["scorer_train", "niqe_fit"]
+    name: str
+
+
+@dataclass(frozen=True)
+class Absent:
+    """Weights that a method needs and that are neither here nor made by the run.
+
+    Attributes:
+        reason: which, with the command that fetches them.
+    """
+
+    reason: str
+
+
+def weights_of(config: Config, identifier: str) -> Path | Made | Absent | None:
+    """Return what a method gets as its weights: a file that is here, one that the run makes, or none.
+
+    Published weights come first, then those that the run makes. Files are located, not read: who loads one checks it.
+    A method that needs several files looks for them itself and gets none; a program of its own does too.
+    """
+    if is_program(identifier):
+        return None
+    method = registry.find(identifier).method
+    if method.scorer is not None:
+        published = published_weights(method.scorer, scorer_of(config, method.scorer))
+        return published or Made("scorer_train", method.scorer)
+    reason = weights.missing(method.pretrained)
+    if reason is None:
+        return weights.locate(method.pretrained[0]) if len(method.pretrained) == 1 else None
+    if method.fallback is not None and config.distortions is not None:
+        return Made("niqe_fit", method.fallback)
+    return Absent(reason)
+
+
+def absent_methods(config: Config) -> dict[str, str]:
+    """Return why each method of the run that cannot run here does not, with the remedy, by identifier.
+
+    Such a method keeps its row in the tables, which says so; no episode of it is asked for.
+    """
+    found = {method: weights_of(config, method) for method in config.methods}
+    return {method: answer.reason for method, answer in found.items() if isinstance(answer, Absent)}
+
+
+def is_program(identifier: str) -> bool:
+    """Return whether a method of a checked configuration is a program of its own, of which only its rule knows."""
+    return identifier not in registry.methods()

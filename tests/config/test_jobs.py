@@ -1,0 +1,52 @@
+"""What each rule's jobs are told: from one configuration, in the models that the commands read."""
+
+import json
+import re
+
+import pytest
+import yaml
+
+from avs.config.configuration import load
+from avs.config.jobs import JOBS, settings_of
+from avs.system.errors import UserError
+from avs.system.files import canonical_json
+from avs.system.records import read_record
+from tests.workflow.project import ROOT
+
+NAMES = {"episode": "fisherrf4", "runtime": "fisherrf4", "scorer_train": "dinov2", "nvs_table": "orbit"}
+
+
+@pytest.fixture(scope="module")
+def config():
+    return load(yaml.safe_load((ROOT / "workflows" / "config" / "ci.yaml").read_text()))
+
+
+@pytest.mark.parametrize("rule", JOBS)
+def test_a_command_reads_what_the_workflow_wrote(rule, config, tmp_path):
+    settings = settings_of(config, f"{rule}/{NAMES.get(rule, '')}")
+    path = tmp_path / "settings.json"
+    path.write_text(canonical_json(settings.model_dump(mode="json")))
+    assert read_record(path, type(settings)) == settings
+
+
+@pytest.mark.parametrize("rule", JOBS)
+def test_a_damaged_file_is_one_line(rule, config, tmp_path):
+    settings = settings_of(config, f"{rule}/{NAMES.get(rule, '')}")
+    values = settings.model_dump(mode="json")
+    path = tmp_path / "settings.json"
+    for text in (json.dumps(values)[:-1], json.dumps(values | {"unheard": 1}), "[]"):
+        path.write_text(text)
+        with pytest.raises(UserError, match=r"settings\.json: .*; delete it and run again") as caught:
+            read_record(path, type(settings))
+        assert "\n" not in str(caught.value)
+
+
+def test_every_rule_that_reads_settings_has_its_model():
+    text = "\n".join(path.read_text() for path in (ROOT / "workflows" / "rules").glob("*.smk"))
+    assert set(re.findall(r"\{RESULTS\}/settings/(\w+)", text)) == JOBS.keys()
+
+
+def test_a_method_is_told_its_own_loop(config):
+    own, common = settings_of(config, "episode/fisherrf4"), settings_of(config, "episode/random")
+    assert (own.protocol.views_per_step, common.protocol.views_per_step) == (4, 1)
+    assert settings_of(config, "runtime/fisherrf4").views_per_step == 4

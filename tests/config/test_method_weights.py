@@ -1,0 +1,58 @@
+"""Which weights a method gets: published ones, those that the run makes, or none."""
+
+import pytest
+import yaml
+
+from avs.config.configuration import load
+from avs.config.method_weights import Absent, Made, absent_methods, weights_of
+from tests.workflow.project import ROOT
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    """An empty cache folder, the only place where weights are looked for."""
+    monkeypatch.setenv("TORCH_HOME", str(tmp_path / "torch"))
+    monkeypatch.setenv("AVS_WEIGHTS", str(tmp_path))
+    return tmp_path
+
+
+def config(**changes):
+    return load(yaml.safe_load((ROOT / "workflows" / "config" / "ci.yaml").read_text()) | changes)
+
+
+def put(folder, name):
+    path = folder / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.touch()
+    return path
+
+
+def test_a_method_without_weights_gets_none(cache):
+    assert weights_of(config(), "random") is None
+
+
+def test_absent_weights_are_named_with_the_command_that_fetches_them(cache):
+    assert weights_of(config(), "musiq") == Absent("weights musiq absent: python -m avs weights fetch musiq")
+    assert "musiq" in absent_methods(config())
+    assert not {"random", "niqe", "ours-dinov2"} & absent_methods(config()).keys()
+
+
+def test_parameters_of_niqe_are_published_or_fitted_or_absent(cache):
+    alone = config(distortions=None, scorers={}, methods=["niqe"])
+    assert weights_of(config(), "niqe") == Made("niqe_fit", "niqe")
+    assert weights_of(alone, "niqe") == Absent("weights niqe absent: python -m avs weights fetch niqe")
+    published = put(cache, "pyiqa/niqe_modelparameters.mat")
+    assert weights_of(config(), "niqe") == weights_of(alone, "niqe") == published
+
+
+def test_a_scorer_is_published_or_trained(cache):
+    assert weights_of(config(), "ours-dinov2") == Made("scorer_train", "dinov2")
+    published = put(cache, "crossscore/CrossScore-v1.0.0.ckpt")
+    assert weights_of(config(), "ours-dinov2") == published
+    assert weights_of(config(), "ours-repvit") == Made("scorer_train", "repvit")
+
+
+def test_a_program_gets_none(cache):
+    values = yaml.safe_load((ROOT / "workflows" / "config" / "ci.yaml").read_text()) | {"methods": ["mine"]}
+    assert weights_of(load(values, ["mine"]), "mine") is None
+    assert absent_methods(load(values, ["mine"])) == {}
