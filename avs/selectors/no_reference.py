@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, PositiveInt
 
-from avs.iqa.no_reference.niqe_settings import FitSettings, RefitSettings
+from avs.iqa.no_reference.niqe_settings import FitSettings, PatchSettings
 from avs.iqa.resizing import ResizeSettings
 from avs.representations.base import FloatImages
 from avs.selection.contract import Method, Resources, Selection, Settings, State, choose, render_candidates
@@ -91,8 +91,8 @@ class NoReferenceSettings(Settings):
 class NIQESettings(NoReferenceSettings):
     """Settings of NIQE."""
 
-    refit: RefitSettings = Field(
-        default=RefitSettings(),
+    fit: PatchSettings = Field(
+        default=PatchSettings(),
         description="the fit to photographs of training scenes, if the published parameters are absent",
     )
 
@@ -171,14 +171,14 @@ def _build_niqe(settings: NIQESettings, resources: Resources) -> NoReferenceSele
     path = resources.weights
     if path is None or path.suffix != ".safetensors":
         return NoReferenceSelector(_METRICS["niqe"], settings, resources)
-    from avs.iqa.no_reference.metrics import refitted_niqe
-    from avs.iqa.no_reference.niqe_fit import read_refitted
+    from avs.iqa.no_reference.metrics import fitted_niqe
+    from avs.iqa.no_reference.niqe_fit import read_fitted
 
-    refitted = read_refitted(path)
-    if refitted.settings != FitSettings(resize=settings.resize, refit=settings.refit):
+    fitted = read_fitted(path)
+    if fitted.settings != FitSettings(resize=settings.resize, fit=settings.fit):
         raise UserError(path, "was fitted with other settings than selectors.niqe has", "fit NIQE's parameters again")
-    note = f"NIQE: fitted to {refitted.photographs} photographs of training scenes, not the published parameters"
-    return NoReferenceSelector(_METRICS["niqe"], settings, resources, refitted_niqe(refitted), (note,))
+    note = f"NIQE: fitted to {fitted.photographs} photographs of training scenes, not the published parameters"
+    return NoReferenceSelector(_METRICS["niqe"], settings, resources, fitted_niqe(fitted), (note,))
 
 
 METHODS = {

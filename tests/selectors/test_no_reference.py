@@ -8,7 +8,7 @@ import pytest
 from factories import OnlyRenders, ring
 from skimage import data, filters
 
-from avs.iqa.no_reference.niqe_settings import FitSettings, RefitSettings
+from avs.iqa.no_reference.niqe_settings import FitSettings, PatchSettings
 from avs.iqa.resizing import ResizeSettings
 from avs.representations.base import Rendering
 from avs.scene.views import Views
@@ -122,20 +122,20 @@ def test_renderings_that_are_not_finite_are_refused(piqe):
 
 
 @pytest.fixture
-def refitted(tmp_path):
+def fitted(tmp_path):
     """Return parameters of NIQE that were fitted to patches of 48 pixels of one picture, as a file."""
-    from avs.iqa.no_reference.niqe_fit import fit, sharp_features, write_refitted
+    from avs.iqa.no_reference.niqe_fit import fit, sharp_features, write_fitted
 
     prepare_torchvision()
-    settings = FitSettings(resize=ResizeSettings(pixels=451), refit=RefitSettings(patch=48, sharpness=0.2))
+    settings = FitSettings(resize=ResizeSettings(pixels=451), fit=PatchSettings(patch=48, sharpness=0.2))
     card = {"format": "avs-niqe-1", "photographs": 1, "settings": settings.model_dump(mode="json")}
     path = tmp_path / "niqe.safetensors"
-    write_refitted(path, fit(sharp_features(data.chelsea()[None], settings), 48), card)
-    return path, {"resize": {"pixels": 451}, "refit": {"patch": 48, "sharpness": 0.2}}
+    write_fitted(path, fit(sharp_features(data.chelsea()[None], settings), 48), card)
+    return path, {"resize": {"pixels": 451}, "fit": {"patch": 48, "sharpness": 0.2}}
 
 
-def test_refitted_niqe_ranks_blur_and_says_that_it_was_refitted(refitted):
-    path, settings = refitted
+def test_fitted_niqe_ranks_blur_and_says_that_it_was_fitted(fitted):
+    path, settings = fitted
     selector = _niqe(path, settings)
     assert isinstance(selector, HasNotes)
     assert selector.notes == ("NIQE: fitted to 1 photographs of training scenes, not the published parameters",)
@@ -144,8 +144,8 @@ def test_refitted_niqe_ranks_blur_and_says_that_it_was_refitted(refitted):
     assert (np.diff(scores) > 0).all()
 
 
-def test_refitted_niqe_must_see_images_as_its_fit_did(refitted):
-    path, settings = refitted
+def test_fitted_niqe_must_see_images_as_its_fit_did(fitted):
+    path, settings = fitted
     with pytest.raises(UserError, match="fitted with other settings"):
         _niqe(path, settings | {"resize": {"pixels": 300}})
 

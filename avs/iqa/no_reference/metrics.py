@@ -13,7 +13,7 @@ from avs.system.weights.cache import COMMAND
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from avs.iqa.no_reference.niqe_fit import Refitted
+    from avs.iqa.no_reference.niqe_fit import FittedParameters
 
 Score = Callable[["Tensor"], "Tensor"]
 """Maps RGB images ``[n, 3, height, width]`` in 0..1 to ``[n]`` scores; NaN where the metric has nothing to measure."""
@@ -50,9 +50,9 @@ def build(metric: str, name: str | None, device: str, path: Path | None = None) 
     return build_network(metric, path, device, f"{COMMAND} {name}")
 
 
-def refitted_niqe(refitted: Refitted) -> Score:
+def fitted_niqe(fitted: FittedParameters) -> Score:
     """Return NIQE with parameters that were fitted here."""
     prepare_torchvision()
     from avs.iqa.no_reference.niqe import NIQE
 
-    return NIQE(refitted.gaussian)
+    return NIQE(fitted.gaussian)

@@ -27,7 +27,7 @@ _REMEDY = "delete it and fit it again"
 
 
 @dataclass(frozen=True)
-class Refitted:
+class FittedParameters:
     """Parameters of NIQE with what they were fitted on.
 
     Attributes:
@@ -47,7 +47,7 @@ def fit_scenes(scenes: Sequence[Path], settings: FitSettings, out: Path, progres
     Args:
         scenes: folders of scenes, none of which is evaluated later.
         settings: size of the pictures and choice of their patches.
-        out: file to write, as ``read_refitted`` reads it.
+        out: file to write, as ``read_fitted`` reads it.
         progress: is told one line about each scene.
 
     Raises:
@@ -64,7 +64,7 @@ def fit_scenes(scenes: Sequence[Path], settings: FitSettings, out: Path, progres
         pictures += len(views)
         hashes[scene.name] = scene.content_hash
         progress(f"{scene.name}: {len(views)} photographs, {sum(map(len, features))} sharp patches so far")
-    gaussian = fit(np.concatenate(features), settings.refit.patch)
+    gaussian = fit(np.concatenate(features), settings.fit.patch)
     card = {
         "format": _FORMAT,
         "scenes": hashes,
@@ -72,7 +72,7 @@ def fit_scenes(scenes: Sequence[Path], settings: FitSettings, out: Path, progres
         "patches": sum(map(len, features)),
         "settings": settings.model_dump(mode="json"),
     }
-    write_refitted(out, gaussian, card)
+    write_fitted(out, gaussian, card)
 
 
 def sharp_features(images: Pixels, settings: FitSettings) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
@@ -83,15 +83,15 @@ def sharp_features(images: Pixels, settings: FitSettings) -> np.ndarray[tuple[in
     """
     import torch
 
-    side = settings.refit.patch
+    side = settings.fit.patch
     with torch.inference_mode():
         grey = luminance(resized(to_tensor(images), settings.resize).clamp(0.0, 1.0))
         if min(grey.shape[-2:]) < side:
             fault = f"photographs of {grey.shape[-1]}x{grey.shape[-2]} pixels hold no patch of {side}"
-            raise UserError("niqe", fault, "lower refit.patch or raise resize.pixels")
+            raise UserError("niqe", fault, "lower fit.patch or raise resize.pixels")
         features = patch_features(grey, side)
         sharpness = patch_sharpness(grey, side)
-        sharp = sharpness >= settings.refit.sharpness * sharpness.amax(dim=1, keepdim=True)
+        sharp = sharpness >= settings.fit.sharpness * sharpness.amax(dim=1, keepdim=True)
         kept = features[sharp & torch.isfinite(features).all(dim=2)]
     return kept.numpy()
 
@@ -114,11 +114,11 @@ def fit(features: np.ndarray[tuple[int, int], np.dtype[np.float64]], patch: int)
     """
     if len(features) <= FEATURES:
         fault = f"{len(features)} sharp patches do not make a covariance of {FEATURES} features"
-        raise UserError("niqe", fault, "fit more photographs, lower refit.patch or raise resize.pixels")
+        raise UserError("niqe", fault, "fit more photographs, lower fit.patch or raise resize.pixels")
     return Gaussian(features.mean(axis=0), np.cov(features, rowvar=False), patch)
 
 
-def write_refitted(path: Path, gaussian: Gaussian, card: dict[str, object]) -> None:
+def write_fitted(path: Path, gaussian: Gaussian, card: dict[str, object]) -> None:
     """Write parameters with what they were fitted on; equal content gives equal bytes."""
     import torch
 
@@ -129,8 +129,8 @@ def write_refitted(path: Path, gaussian: Gaussian, card: dict[str, object]) -> N
         temporary.write_bytes(safetensors.torch.save(tensors, metadata=header))
 
 
-def read_refitted(path: Path) -> Refitted:
-    """Read parameters that ``write_refitted`` wrote.
+def read_fitted(path: Path) -> FittedParameters:
+    """Read parameters that ``write_fitted`` wrote.
 
     Raises:
         UserError: the file is missing, truncated, or something else.
@@ -141,11 +141,11 @@ def read_refitted(path: Path) -> Refitted:
             if card["format"] != _FORMAT:
                 raise UserError(path, f"format {card['format']!r}, expected {_FORMAT!r}", _REMEDY)
             settings = FitSettings.model_validate(card["settings"])
-            gaussian = Gaussian(opened.get_tensor("mean"), opened.get_tensor("covariance"), settings.refit.patch)
+            gaussian = Gaussian(opened.get_tensor("mean"), opened.get_tensor("covariance"), settings.fit.patch)
             photographs = int(card["photographs"])
     except FileNotFoundError as error:
         raise UserError(path, "no such file", "fit NIQE's parameters first: python -m avs niqe_fit") from error
     except (OSError, safetensors.SafetensorError, KeyError, TypeError, ValueError) as error:
         reason = " ".join(str(error).split())[:100]
         raise UserError(path, f"not parameters that avs niqe_fit wrote ({reason})", _REMEDY) from error
-    return Refitted(checked(gaussian, path, _REMEDY), settings, photographs)
+    return FittedParameters(checked(gaussian, path, _REMEDY), settings, photographs)

@@ -8,7 +8,7 @@ from avs.iqa.resizing import ResizeSettings
 from avs.system.models import StrictModel
 
 
-class RefitSettings(StrictModel):
+class PatchSettings(StrictModel):
     """Which patches of pristine pictures count."""
 
     patch: int = Field(default=96, ge=16, multiple_of=4, description="pixels of a patch's side, at the resized size")
@@ -21,4 +21,4 @@ class FitSettings(StrictModel):
     """All that the fit reads of the configuration."""
 
     resize: ResizeSettings = Field(default=ResizeSettings(), description="size of the pictures that the metric sees")
-    refit: RefitSettings = Field(default=RefitSettings(), description="which patches count")
+    fit: PatchSettings = Field(default=PatchSettings(), description="which patches count")

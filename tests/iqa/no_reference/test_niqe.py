@@ -12,11 +12,11 @@ from avs.iqa.no_reference.niqe_fit import (
     fit,
     fit_scenes,
     patch_sharpness,
-    read_refitted,
+    read_fitted,
     sharp_features,
-    write_refitted,
+    write_fitted,
 )
-from avs.iqa.no_reference.niqe_settings import FitSettings, RefitSettings
+from avs.iqa.no_reference.niqe_settings import FitSettings, PatchSettings
 from avs.iqa.resizing import ResizeSettings
 from avs.system.compatibility import prepare_torchvision
 from avs.system.errors import UserError
@@ -91,7 +91,7 @@ def test_sharpness_ranks_patches_and_selects_them():
     sharpness = patch_sharpness(torch.from_numpy(grey)[None, None], 48)[0]
     assert set(sharpness.argsort()[:2].tolist()) == {0, 1}  # down the columns: the first column has the weakest texture
     colour = np.repeat(grey.round().astype(np.uint8)[None, ..., None], 3, axis=-1)
-    settings = FitSettings(resize=ResizeSettings(pixels=144), refit=RefitSettings(patch=48, sharpness=0.75))
+    settings = FitSettings(resize=ResizeSettings(pixels=144), fit=PatchSettings(patch=48, sharpness=0.75))
     kept = sharp_features(colour, settings)
     assert len(kept) == 4
     every = patch_features(luminance(tensor(colour)), 48)[0]
@@ -114,22 +114,22 @@ def test_file_keeps_the_parameters_and_is_the_same_twice(tmp_path):
         {
             "format": "avs-niqe-1",
             "photographs": 3,
-            "settings": FitSettings(refit=RefitSettings(patch=48)).model_dump(mode="json"),
+            "settings": FitSettings(fit=PatchSettings(patch=48)).model_dump(mode="json"),
         },
     )
     path = tmp_path / "niqe.safetensors"
-    write_refitted(path, gaussian, card)
+    write_fitted(path, gaussian, card)
     first = path.read_bytes()
-    write_refitted(path, gaussian, card)
+    write_fitted(path, gaussian, card)
     assert path.read_bytes() == first
-    back = read_refitted(path)
-    assert back.gaussian.patch == back.settings.refit.patch == 48
+    back = read_fitted(path)
+    assert back.gaussian.patch == back.settings.fit.patch == 48
     assert back.photographs == 3
     np.testing.assert_array_equal(back.gaussian.mean, gaussian.mean)
     np.testing.assert_array_equal(back.gaussian.covariance, gaussian.covariance)
 
 
-@pytest.mark.parametrize("reader", [read_published, read_refitted])
+@pytest.mark.parametrize("reader", [read_published, read_fitted])
 def test_other_files_are_refused_in_one_line(reader, tmp_path):
     path = tmp_path / "file"
     path.write_bytes(b"MATLAB 5.0 MAT-file" + bytes(200))
@@ -158,10 +158,10 @@ def test_fit_of_a_scene_is_that_of_its_photographs(tmp_path, monkeypatch):
     photographs = tuple(data.chelsea()[:96, 32 * start : 32 * start + 96] for start in range(8))
     scene = SimpleNamespace(name="cat", content_hash="0", names=range(8), views=lambda rows: Photographs(photographs))
     monkeypatch.setattr("avs.iqa.no_reference.niqe_fit.read_scene", lambda folder: scene)
-    settings = FitSettings(resize=ResizeSettings(pixels=96), refit=RefitSettings(patch=32, sharpness=0.2))
+    settings = FitSettings(resize=ResizeSettings(pixels=96), fit=PatchSettings(patch=32, sharpness=0.2))
     lines = []
     fit_scenes([tmp_path], settings, tmp_path / "niqe.safetensors", lines.append)
-    back = read_refitted(tmp_path / "niqe.safetensors")
+    back = read_fitted(tmp_path / "niqe.safetensors")
     features = np.concatenate([sharp_features(image[None], settings) for image in photographs])
     np.testing.assert_array_equal(back.gaussian.mean, features.mean(axis=0))
     assert back.settings == settings
