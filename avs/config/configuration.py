@@ -16,7 +16,8 @@ from avs.datasets.embedded.embedded_settings import EmbeddedSettings
 from avs.iqa.cross_reference.scorer_settings import BACKBONE_OF, RenderSettings, ScorerSettings
 from avs.nvs.protocol import ProtocolSettings
 from avs.nvs.timing_settings import RuntimeSettings
-from avs.representations.gaussians.gaussian_settings import GaussianSettings
+from avs.representations import kinds
+from avs.representations.kinds import AnyRepresentationSettings
 from avs.selection import registry
 from avs.system.errors import UserError
 from avs.system.models import StrictModel, first_fault
@@ -70,7 +71,9 @@ class Config(StrictModel):
     captures: CaptureSettings = Field(default_factory=CaptureSettings, description="how captures become scenes")
     embedded: EmbeddedConfig = Field(default_factory=EmbeddedConfig, description="the embedded scenes")
     protocol: ProtocolSettings = Field(default_factory=ProtocolSettings, description="the loop")
-    representation: GaussianSettings = Field(default_factory=GaussianSettings, description="the reconstruction")
+    representation: AnyRepresentationSettings = Field(
+        default_factory=lambda: kinds.create_settings({}), description="the reconstruction"
+    )
     distortions: DistortionConfig | None = Field(
         default=None, description="the data that scorers are trained on; null if the run trains none"
     )

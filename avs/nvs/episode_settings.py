@@ -7,7 +7,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from avs.nvs.protocol import ProtocolSettings
-from avs.representations.gaussians.gaussian_settings import GaussianSettings
+from avs.representations.kinds import AnyRepresentationSettings
 from avs.system.models import StrictModel
 
 
@@ -17,5 +17,5 @@ class EpisodeSettings(StrictModel):
     method: str = Field(description="identifier of the selection method")
     device: Literal["cpu", "cuda"] = Field(description="where the reconstruction and networks run")
     protocol: ProtocolSettings = Field(description="the loop")
-    representation: GaussianSettings = Field(description="the reconstruction")
+    representation: AnyRepresentationSettings = Field(description="the reconstruction")
     selector: dict[str, Any] = Field(description="settings of the method")

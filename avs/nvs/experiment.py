@@ -13,10 +13,8 @@ from avs.nvs.loop import Builder, Identity, Plan, Progress, run
 from avs.nvs.program import ListedViews, read_views
 from avs.nvs.protocol import ProtocolSettings
 from avs.nvs.record import Episode
-from avs.representations.base import Representation
-from avs.representations.gaussians.gaussian_settings import GaussianSettings
-from avs.representations.gaussians.ply import write_ply
-from avs.representations.gaussians.splats import GaussianSplats, build
+from avs.representations import kinds
+from avs.representations.base import Representation, RepresentationSettings
 from avs.scene.cameras import IndexArray
 from avs.scene.scene import Scene, read_scene
 from avs.selection import registry
@@ -36,7 +34,7 @@ def run_episode(
     progress: Progress,
     views: Path | None = None,
 ) -> None:
-    """Run one episode and write ``episode.json``, ``episode.meta.json`` and ``splats.ply`` to the folder ``out``.
+    """Run one episode and write ``episode.json``, ``episode.meta.json`` and the model to the folder ``out``.
 
     Args:
         scene_folder: a scene, as ``avs.scene.scene`` writes it.
@@ -100,7 +98,7 @@ def replay_episode(
     scene = read_scene(scene_folder)
     if scene.content_hash != recorded.scene_hash:
         raise UserError(episode, f"was recorded on another scene than {scene_folder}", "pass the scene it was run on")
-    settings = GaussianSettings.model_validate(recorded.representation)
+    settings = kinds.create_settings(recorded.representation)
     protocol = ProtocolSettings.model_validate(recorded.protocol)
     plan = Plan(
         scene=scene,
@@ -147,11 +145,11 @@ def check_device(device: str) -> None:
         raise UserError("device cuda", "torch finds no GPU here", "set device: cpu, or run where there is one")
 
 
-def builder(scene: Scene, settings: GaussianSettings, seed: int, device: str) -> Builder:
+def builder(scene: Scene, settings: RepresentationSettings, seed: int, device: str) -> Builder:
     """Return what builds the reconstruction; its seed leaves the method out, so that all methods start alike."""
 
     def make(captured: IndexArray) -> Representation:
-        return build(scene, captured, settings, seed_of("reconstruction", scene.name, seed), device)
+        return kinds.build(scene, captured, settings, seed_of("reconstruction", scene.name, seed), device)
 
     return make
 
@@ -179,7 +177,6 @@ def _prepared(build: Builder, recorded: Episode, device: str) -> Builder:
 
 def _write(out: Path, record: Episode, meta: BaseModel, representation: Representation) -> None:
     """Write the reconstruction and both records; ``episode.json`` comes last, so that it vouches for the others."""
-    if isinstance(representation, GaussianSplats):
-        write_ply(out / "splats.ply", representation.parameters)
+    representation.export(out)
     write_record(out / "episode.meta.json", meta)
     write_record(out / "episode.json", record)

@@ -6,7 +6,7 @@ import numpy as np
 
 from avs.nvs.protocol import TruthSettings
 from avs.nvs.record import StepTruth
-from avs.representations.base import Copyable, capability
+from avs.representations.capabilities import Copyable, capability
 from avs.selection.contract import State
 from avs.selection.truth import gains, hidden, sample, true_metrics
 

@@ -7,7 +7,7 @@ from typing import Any, Literal
 from pydantic import Field, PositiveFloat, PositiveInt
 
 from avs.nvs.protocol import ProtocolSettings
-from avs.representations.gaussians.gaussian_settings import GaussianSettings
+from avs.representations.kinds import AnyRepresentationSettings
 from avs.system.models import StrictModel
 
 
@@ -33,7 +33,7 @@ class StateSettings(StrictModel):
 
     device: Literal["cpu", "cuda"] = Field(description="where the reconstruction and networks run")
     protocol: ProtocolSettings = Field(description="the loop whose schedule the reconstruction follows")
-    representation: GaussianSettings = Field(description="the reconstruction")
+    representation: AnyRepresentationSettings = Field(description="the reconstruction")
     runtime: RuntimeSettings = Field(description="what is timed")
 
 

@@ -49,7 +49,7 @@ class State:
 
     Attributes:
         representation: the current reconstruction. A 2D method may only call ``render``; for more, ask
-            ``avs.representations.base.capability``.
+            ``avs.representations.capabilities.capability``.
         captured: the views captured so far, in order of capture.
         candidates: cameras of the views that can be captured, in pool order.
         rng: generator for random choices, its state depends on the seed, method, scene and step alone.
@@ -101,7 +101,7 @@ class PreparesRepresentation(Protocol):
     def prepare(self, representation: Representation) -> None:
         """Prepare a reconstruction that has just been built and not been fitted yet.
 
-        Add parameters or a loss term through ``avs.representations.base.capability``.
+        Add parameters or a loss term through ``avs.representations.capabilities.capability``.
 
         Raises:
             UserError: the representation lacks the capability.

@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, NonNegativeInt, PositiveInt
 
-from avs.representations.base import FisherInformation, HasFisherDiagonal, HasFisherProbes, Renderer, capability
+from avs.representations.base import Renderer
+from avs.representations.capabilities import FisherInformation, HasFisherDiagonal, HasFisherProbes, capability
 from avs.scene.cameras import Cameras
 from avs.selection.contract import Selection, Settings, State, choose
 

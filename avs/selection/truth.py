@@ -11,7 +11,8 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from avs.representations.base import Copyable, Renderer
+from avs.representations.base import Renderer
+from avs.representations.capabilities import Copyable
 from avs.scene.views import Views
 from avs.selection.contract import State, Truth, render_candidates
 from metrics.image import psnr, ssim

@@ -2,23 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from pydantic import Field
 
-from avs.representations.base import (
-    HasVarianceReduction,
-    PrimitiveParameter,
-    Representation,
-    TakesExtension,
-    VarianceReduction,
-    capability,
-)
+from avs.representations.base import Representation
+from avs.representations.capabilities import capability
+from avs.representations.learned_variance import HasLearnedVariance, VarianceLearning, VarianceReduction
 from avs.selection.contract import Method, Resources, Selection, Settings, State, choose
-
-if TYPE_CHECKING:
-    from torch import Tensor
 
 
 class ActiveNerfSettings(Settings):
@@ -43,29 +34,6 @@ class ActiveNerfSettings(Settings):
     floor: float = Field(default=0.1, gt=0, description="least variance of a pixel in the loss")
 
 
-class LearnedVariance:
-    """The extension of the reconstruction: a log-variance per primitive, and the likelihood of the photographs."""
-
-    def __init__(self, settings: ActiveNerfSettings) -> None:
-        """Keep the settings."""
-        self.parameters: Mapping[str, PrimitiveParameter] = {
-            "log_variances": PrimitiveParameter(initial=0.0, learning_rate=settings.learning_rate)
-        }
-        self.attenuated = settings.form == "pull_request"
-        self._settings = settings
-
-    def variances(self, values: Mapping[str, Tensor]) -> Tensor:
-        """Return the variances, ``[n]``."""
-        return values["log_variances"].exp()
-
-    def data_term(self, image: Tensor, variance: Tensor, photograph: Tensor) -> Tensor:
-        """Return the mean of ``(C - C')^2 / (2 V) + log(V) / 2``; see ``likelihood.negative_log_likelihood``."""
-        from avs.rasterizer.likelihood import negative_log_likelihood
-
-        settings = self._settings
-        return negative_log_likelihood(image, variance + settings.constant, photograph, settings.floor)
-
-
 class ActiveNerfSelector:
     """Largest sum over pixels of the variance before a view less that expected after it; the first k of k views."""
 
@@ -74,12 +42,19 @@ class ActiveNerfSelector:
         self._settings = settings
 
     def prepare(self, representation: Representation) -> None:
-        """Add the variances to the reconstruction.
+        """Let the reconstruction learn variances.
 
         Raises:
-            UserError: it cannot be extended.
+            UserError: it cannot.
         """
-        capability(representation, TakesExtension, "activenerf").extend(LearnedVariance(self._settings))
+        settings = self._settings
+        rule = VarianceLearning(
+            learning_rate=settings.learning_rate,
+            constant=settings.constant,
+            floor=settings.floor,
+            attenuated=settings.form == "pull_request",
+        )
+        capability(representation, HasLearnedVariance, "activenerf").learn_variance(rule)
 
     def select(self, state: State, k: int) -> Selection:
         """Return the ``k`` candidates whose views remove the most variance.
@@ -93,7 +68,7 @@ class ActiveNerfSelector:
             weighted=settings.numerator == "squared_weight",
             saturated=settings.form == "pull_request",
         )
-        reduction = capability(state.representation, HasVarianceReduction, "activenerf").variance_reduction
+        reduction = capability(state.representation, HasLearnedVariance, "activenerf").variance_reduction
         scores = reduction(state.candidates, rule)
         return Selection(choose(scores, k, higher_is_worse=True), scores)
 

@@ -6,7 +6,8 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, PositiveFloat
 
-from avs.representations.base import HasBlendingWeights, Renderer, capability
+from avs.representations.base import Renderer
+from avs.representations.capabilities import HasBlendingWeights, capability
 from avs.scene.cameras import Cameras, concatenate
 from avs.scene.views import Views
 from avs.selection.contract import Method, Resources, Selection, Settings, State, choose, render_in_batches

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field, PositiveInt
 
-from avs.representations.base import Copyable, capability
+from avs.representations.capabilities import Copyable, capability
 from avs.selection.contract import ORACLE, Method, Resources, Selection, Settings, State, choose
 from avs.selection.truth import ImageMetric, gains, hidden, sample, true_metrics
 

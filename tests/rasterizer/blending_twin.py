@@ -6,7 +6,7 @@ import torch
 from avs.representations.gaussians.gaussian_settings import GaussianSettings
 from avs.representations.gaussians.initialization import PointCloud
 from avs.representations.gaussians.splats import GaussianSplats
-from tests.representations import reference_renderer as reference
+from tests.rasterizer import reference_renderer as reference
 
 COUNT = 40
 

@@ -10,9 +10,9 @@ from tolerances import RASTER_GRADIENT, RASTER_IMAGE, VARIANCE_REDUCTION
 
 from avs.rasterizer.compositing import composite
 from avs.rasterizer.rasterization import rasterization
-from avs.representations.base import VarianceReduction
 from avs.representations.gaussians import variance_gsplat
 from avs.representations.gaussians.variance import PLAIN, rasterization_with_variance, variance_reductions
+from avs.representations.learned_variance import VarianceReduction
 from avs.scene.cameras import Cameras
 
 NAMES = ("means", "quats", "scales", "opacities", "colors", "variances")

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from tests.representations.blending_twin import COUNT, splats, weights
 from tolerances import BLENDING_WEIGHTS
 
-from avs.representations.base import HasBlendingWeights
+from avs.representations.capabilities import HasBlendingWeights
 from tests.factories import ring
+from tests.rasterizer.blending_twin import COUNT, splats, weights
 
 CAMERA = ring(6, size=(21, 14))[0]
 

@@ -5,7 +5,7 @@ import pytest
 import torch
 from factories import ring
 
-from avs.representations.base import Copyable
+from avs.representations.capabilities import Copyable
 from avs.representations.gaussians.gaussian_settings import Densification, GaussianSettings, InitialPoints
 from avs.representations.gaussians.initialization import PointCloud
 from avs.representations.gaussians.splats import GaussianSplats

@@ -34,14 +34,3 @@ def test_every_field_is_described():
 def test_settings_do_not_import_torch():
     code = "import sys, avs.representations.gaussians.gaussian_settings; sys.exit('torch' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
-
-
-def test_the_package_exports_its_public_names_whatever_was_imported_before():
-    import avs.rasterizer.rasterization
-    from avs.representations.gaussians import GaussianSplats, build, rasterization
-
-    assert rasterization is avs.rasterizer.rasterization.rasterization
-    assert callable(build)
-    assert callable(GaussianSplats)
-    with pytest.raises(ImportError):
-        from avs.representations.gaussians import nothing  # noqa: F401

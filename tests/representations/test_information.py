@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-import reference_renderer as reference
 import torch
 
-from avs.representations.base import HasFisherDiagonal, HasFisherProbes
+from avs.representations.capabilities import HasFisherDiagonal, HasFisherProbes
 from avs.representations.gaussians.gaussian_settings import GaussianSettings
 from avs.representations.gaussians.initialization import PointCloud
 from avs.representations.gaussians.parameter_information import GROUPS
@@ -14,6 +13,7 @@ from avs.scene.cameras import Cameras
 from avs.system.errors import UserError
 from tests import tolerances
 from tests.factories import ring
+from tests.rasterizer import reference_renderer as reference
 
 DEGREE = 1
 SETTINGS = GaussianSettings(sh_degree=2, sh_increase_every=7, background=(0.1, 0.3, 0.2))

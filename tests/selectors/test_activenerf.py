@@ -10,12 +10,12 @@ from avs.nvs.experiment import replay_episode, run_episode
 from avs.nvs.loop import Identity, Plan, run
 from avs.nvs.protocol import ProtocolSettings
 from avs.nvs.record import Episode
-from avs.representations.base import VarianceReduction
 from avs.representations.gaussians.gaussian_settings import GaussianSettings, InitialPoints
 from avs.representations.gaussians.splats import build
+from avs.representations.learned_variance import VarianceReduction
 from avs.scene.views import Views
 from avs.selection.contract import PreparesRepresentation, Resources, State
-from avs.selectors import create_settings, find
+from avs.selection.registry import create_settings, find
 from avs.selectors.activenerf import ActiveNerfSelector, ActiveNerfSettings
 from avs.system.errors import UserError
 from avs.system.records import read_record
@@ -32,6 +32,9 @@ class Varied:
 
     def render(self, cameras):
         raise AssertionError("ActiveNeRF needs no rendering")
+
+    def learn_variance(self, rule):
+        raise AssertionError("only before the first step")
 
     def variance_reduction(self, cameras, rule):
         self.rules.append(rule)
@@ -72,9 +75,9 @@ def test_the_form_decides_the_rule(settings, rule):
 def test_a_representation_without_the_capability_is_a_clear_error():
     selector = ActiveNerfSelector(ActiveNerfSettings(), Resources())
     assert isinstance(selector, PreparesRepresentation)
-    with pytest.raises(UserError, match="activenerf: needs the capability TakesExtension, which MeanColor lacks"):
+    with pytest.raises(UserError, match="activenerf: needs the capability learned_variance, which MeanColor lacks"):
         selector.prepare(MeanColor())
-    with pytest.raises(UserError, match="needs the capability HasVarianceReduction, which MeanColor lacks"):
+    with pytest.raises(UserError, match="needs the capability learned_variance, which MeanColor lacks"):
         select(MeanColor())
 
 

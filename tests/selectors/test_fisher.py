@@ -7,10 +7,10 @@ import pytest
 from factories import MeanColor, ring
 from tolerances import INFORMATION_SUMS
 
-from avs.representations.base import FisherInformation
+from avs.representations.capabilities import FisherInformation
 from avs.scene.views import Views
 from avs.selection.contract import Resources, State
-from avs.selectors import create_settings, find
+from avs.selection.registry import create_settings, find
 from avs.system.errors import UserError
 
 CAMERAS = ring(12)
@@ -152,7 +152,7 @@ def test_one_candidate():
     assert select(Informed(), count=1).indices.tolist() == [0]
 
 
-@pytest.mark.parametrize(("estimator", "name"), [("exact", "HasFisherDiagonal"), ("probes", "HasFisherProbes")])
+@pytest.mark.parametrize(("estimator", "name"), [("exact", "fisher_diagonal"), ("probes", "fisher_probes")])
 @pytest.mark.parametrize("method", ["fisherrf", "fisherrf4", "popgs"])
 def test_a_representation_without_fisher_information_is_a_clear_error(method, estimator, name):
     with pytest.raises(UserError, match=f"{method}: needs the capability {name}, which MeanColor lacks"):

@@ -8,6 +8,7 @@ sys.path.insert(0, str(workflow.basedir))
 from avs.config.configuration import load
 from avs.config.jobs import settings_of
 from avs.config.method_weights import Made, absent_methods, weights_of
+from avs.representations import kinds
 from avs.selection import registry
 from avs.system.code_inputs import sources
 from avs.system.errors import UserError
@@ -21,6 +22,8 @@ try:
     settings = load(config, PROGRAMS)
 except UserError as error:
     sys.exit(f"error: {error}")
+
+REPRESENTATION = kinds.find(settings.representation.kind)
 
 RESULTS = f"results/{settings.scale}"
 LOGS = f"{RESULTS}/logs"

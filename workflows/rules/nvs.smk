@@ -37,8 +37,9 @@ def episodes(dataset):
 def method_code(wildcards):
     """Return the source files of a method, as far as they are known here, and of the episodes that it runs in."""
     if wildcards.method in PROGRAMS:
-        return sources("avs.nvs.experiment")
-    return sources("avs.nvs.experiment", registry.find(wildcards.method).module)
+        return sources("avs.nvs.experiment", REPRESENTATION.module)
+    method = registry.find(wildcards.method).module
+    return sources("avs.nvs.experiment", REPRESENTATION.module, method)
 
 
 def method_weights(wildcards):
@@ -75,7 +76,7 @@ rule episode:
     output:
         episode=EPISODE,
         meta=EPISODE.replace(".json", ".meta.json"),
-        splats=EPISODE.replace("episode.json", "splats.ply"),
+        model=EPISODE.replace("episode.json", REPRESENTATION.exports),
     log:
         EPISODE.replace(RESULTS, LOGS).replace("/episode.json", ".log"),
     resources:

@@ -25,7 +25,8 @@ def timings(wildcards):
 
 def timing_code(wildcards):
     """Return the source files of a method and of its timing."""
-    return sources("avs.nvs.timing", registry.find(wildcards.method).module)
+    method = registry.find(wildcards.method).module
+    return sources("avs.nvs.timing", REPRESENTATION.module, method)
 
 
 def timed_episodes(wildcards):
@@ -54,7 +55,7 @@ rule runtime_state:
         scene=f"{RESULTS}/scenes/{{scene}}/scene.json",
         kernels=ancient(KERNELS),
         settings=f"{RESULTS}/settings/runtime_state.json",
-        code=sources("avs.nvs.timing"),
+        code=sources("avs.nvs.timing", REPRESENTATION.module),
     output:
         f"{RUNTIME}/state.safetensors",
     log:

@@ -9,6 +9,7 @@ import numpy as np
 
 from avs.iqa.cross_reference.distortions import CodedMap, Distortions, Image, Moment, coded, write_distortions
 from avs.iqa.cross_reference.scorer_settings import RenderJob, RenderSettings
+from avs.representations import kinds
 from avs.representations.base import Representation
 from avs.scene.cameras import Cameras, IndexArray
 from avs.scene.sampling import initial_views
@@ -26,17 +27,15 @@ Progress = Callable[[str], None]
 
 
 def make_renders(scene_folder: Path, out: Path, job: RenderJob, seed: int, progress: Progress) -> None:
-    """Reconstruct the scene in ``scene_folder`` with Gaussian splatting and write its distortion data to ``out``.
+    """Reconstruct the scene in ``scene_folder`` and write its distortion data to ``out``.
 
     Raises:
         UserError: the scene is damaged or has too few views.
     """
-    from avs.representations.gaussians.splats import build
-
     scene = read_scene(scene_folder)
 
     def builder(captured: IndexArray, run_seed: int) -> Representation:
-        return build(scene, captured, job.representation, run_seed, job.device)
+        return kinds.build(scene, captured, job.representation, run_seed, job.device)
 
     write_distortions(out, collect(scene, builder, job.renders, seed, progress))
 

@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
 
 from avs.iqa.resizing import ResizeSettings
-from avs.representations.gaussians.gaussian_settings import GaussianSettings
+from avs.representations.kinds import AnyRepresentationSettings
 from avs.system.models import StrictModel
 
 BACKBONE_OF = {"repvit": "repvit_m0_9", "dinov2": "vit_small_patch14_dinov2"}
@@ -110,7 +110,7 @@ class RenderJob(StrictModel):
     """What the making of distortion data reads of the configuration."""
 
     device: Literal["cpu", "cuda"] = Field(default="cpu", description="where the reconstruction runs")
-    representation: GaussianSettings = Field(description="the reconstruction")
+    representation: AnyRepresentationSettings = Field(description="the reconstruction")
     renders: RenderSettings = Field(description="when it is rendered")
 
 

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
-from torch import Tensor
 
-from avs.rasterizer.likelihood import negative_log_likelihood
-from avs.representations.base import PrimitiveParameter, VarianceReduction
 from avs.representations.gaussians.gaussian_settings import GaussianSettings
 from avs.representations.gaussians.initialization import PointCloud
 from avs.representations.gaussians.splats import GaussianSplats
+from avs.representations.learned_variance import VarianceLearning, VarianceReduction
 from avs.scene.cameras import Cameras
 from avs.scene.views import Views
 
@@ -32,19 +28,6 @@ def compile_kernels() -> None:
     splats.front_weights(cameras, np.ones((32, 32), dtype=np.float32), 0.8)
     splats.blended_values(cameras, np.ones(16, dtype=np.float32))
     splats = GaussianSplats(cloud, 1.0, GaussianSettings(), generator, "cpu")
-    splats.extend(_Variance())
+    splats.learn_variance(VarianceLearning(learning_rate=None, constant=0.0, floor=0.1, attenuated=False))
     splats.fit(views, 2)
     splats.variance_reduction(cameras, VarianceReduction(constant=1e-4, weighted=True, saturated=False))
-
-
-class _Variance:
-    """The shortest extension that calls every kernel of one."""
-
-    parameters: Mapping[str, PrimitiveParameter] = {"variances": PrimitiveParameter(initial=1.0)}
-    attenuated = False
-
-    def variances(self, values: Mapping[str, Tensor]) -> Tensor:
-        return values["variances"]
-
-    def data_term(self, image: Tensor, variance: Tensor, photograph: Tensor) -> Tensor:
-        return negative_log_likelihood(image, variance, photograph, floor=0.1)

@@ -6,6 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
+from avs.representations.base import RepresentationSettings
 from avs.system.models import StrictModel
 
 Points = Literal["random", "sfm", "selected"]
@@ -89,9 +90,10 @@ class Densification(StrictModel):
     )
 
 
-class GaussianSettings(StrictModel):
+class GaussianSettings(RepresentationSettings):
     """3D Gaussian splatting. The defaults are the paper's; a scale of the benchmark replaces numbers only."""
 
+    kind: Literal["gaussians"] = Field(default="gaussians", description="3D Gaussian splatting")
     iterations: int = Field(
         default=30_000, ge=1, description="length of the schedule of the positions' learning rate, in steps"
     )

@@ -1,4 +1,4 @@
-"""What one step of the optimisation minimises: the loss of 3DGS, or that of a method's extension."""
+"""What one step of the optimisation minimises: the loss of 3DGS, or the likelihood by which variances are learned."""
 
 from __future__ import annotations
 
@@ -7,11 +7,15 @@ from typing import Any, Protocol
 
 from torch import Tensor
 
+from avs.rasterizer.likelihood import negative_log_likelihood
 from avs.rasterizer.losses import Target, photometric_loss
 from avs.rasterizer.rasterization import rasterization
-from avs.representations.base import Extension, PrimitiveParameter
-from avs.representations.gaussians.parameters import Parameters
+from avs.representations.gaussians.parameters import Parameters, PrimitiveParameter
 from avs.representations.gaussians.variance import rasterization_with_variance
+from avs.representations.learned_variance import VarianceLearning
+
+LOG_VARIANCES = "log_variances"
+"""Name of the parameter ``[n]``, the logarithm of each Gaussian's variance."""
 
 
 class Objective(Protocol):
@@ -52,31 +56,30 @@ class PhotometricObjective:
         return photometric_loss(image[0], target, self._ssim_weight), meta
 
 
-class ExtendedObjective:
-    """The data term of an extension in the place of L1, beside D-SSIM."""
+class LikelihoodObjective:
+    """The likelihood of the photographs in the place of L1, beside D-SSIM; each Gaussian learns a log-variance.
 
-    def __init__(self, extension: Extension, ssim_weight: float) -> None:
-        """Take the weight of D-SSIM, in 0..1; the data term has the rest."""
-        self.extension = extension
+    Attributes:
+        rule: how variances are learned.
+        parameters: the log-variances.
+    """
+
+    def __init__(self, rule: VarianceLearning, ssim_weight: float) -> None:
+        """Take the weight of D-SSIM, in 0..1; the likelihood has the rest."""
+        self.rule = rule
+        self.parameters: Mapping[str, PrimitiveParameter] = {
+            LOG_VARIANCES: PrimitiveParameter(initial=0.0, learning_rate=rule.learning_rate)
+        }
         self._ssim_weight = ssim_weight
-
-    @property
-    def parameters(self) -> Mapping[str, PrimitiveParameter]:
-        """The extension's."""
-        return self.extension.parameters
 
     def __call__(
         self, parameters: Parameters, arguments: dict[str, Any], target: Target
     ) -> tuple[Tensor, dict[str, Any]]:
         """See ``Objective``."""
-        variances = self.variances(parameters)
+        rule = self.rule
         image, variance, meta = rasterization_with_variance(
-            **arguments, variances=variances, attenuated=self.extension.attenuated
+            **arguments, variances=parameters[LOG_VARIANCES].exp(), attenuated=rule.attenuated
         )
-        data = self.extension.data_term(image[0], variance[0], target.image)
+        data = negative_log_likelihood(image[0], variance[0] + rule.constant, target.image, rule.floor)
         dissimilarity = photometric_loss(image[0], target, 1.0)
         return (1 - self._ssim_weight) * data + self._ssim_weight * dissimilarity, meta
-
-    def variances(self, parameters: Parameters) -> Tensor:
-        """Return each Gaussian's variance, ``[n]``."""
-        return self.extension.variances({name: parameters[name] for name in self.extension.parameters})

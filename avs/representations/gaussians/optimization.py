@@ -7,9 +7,8 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from avs.rasterizer.adam import Adam
-from avs.representations.base import PrimitiveParameter
 from avs.representations.gaussians.gaussian_settings import GaussianSettings, LearningRates
-from avs.representations.gaussians.parameters import Parameters
+from avs.representations.gaussians.parameters import Parameters, PrimitiveParameter
 
 Optimizers = dict[str, Adam]
 

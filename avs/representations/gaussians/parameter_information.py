@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from avs.rasterizer.fisher_diagonal import fisher_diagonal
-from avs.representations.base import FisherInformation
+from avs.representations.capabilities import FisherInformation
 from avs.representations.gaussians.parameters import Parameters
 from avs.scene.cameras import Cameras
 from avs.system.errors import UserError

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 import torch
 from torch.nn import Parameter
 
-from avs.representations.base import PrimitiveParameter
 from avs.representations.gaussians.initialization import SH_DEGREE_0, PointCloud, initial_scales
 
 Parameters = dict[str, Parameter]
@@ -23,6 +23,21 @@ Parameters = dict[str, Parameter]
 """
 
 NAMES = ("means", "scales", "quats", "opacities", "sh")
+
+
+@dataclass(frozen=True)
+class PrimitiveParameter:
+    """A number more that each Gaussian has and the optimisation learns.
+
+    It follows the Gaussians as their other parameters do: copied when one is cloned or split, and removed with it.
+
+    Attributes:
+        initial: its value at the start.
+        learning_rate: of Adam; None is the rate of the Gaussians' opacities.
+    """
+
+    initial: float
+    learning_rate: float | None = None
 
 
 def create_parameters(cloud: PointCloud, opacity: float, sh_degree: int, device: torch.device) -> Parameters:

@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from avs.rasterizer.rasterization import rasterization
-from avs.representations.base import FisherInformation
+from avs.representations.capabilities import FisherInformation
 from avs.representations.gaussians.parameter_information import activated, as_columns, check_options
 from avs.representations.gaussians.parameters import NAMES, Parameters
 from avs.scene.cameras import Cameras

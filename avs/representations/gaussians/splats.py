@@ -14,18 +14,21 @@ from torch import Tensor
 
 from avs.rasterizer.losses import Target, prepare_target
 from avs.rasterizer.rasterization import rasterization
-from avs.representations.base import Extension, FisherInformation, FloatImages, Rendering, VarianceReduction
+from avs.representations.base import FloatImages, Rendering
+from avs.representations.capabilities import FisherInformation
 from avs.representations.gaussians.blending_weights import WeightSums, blended_values, front_weights
 from avs.representations.gaussians.densification import STATISTICS, DensityControl
 from avs.representations.gaussians.gaussian_checkpoint import CheckpointState, read_checkpoint, write_checkpoint
 from avs.representations.gaussians.gaussian_settings import GaussianSettings
 from avs.representations.gaussians.initialization import PointCloud, initial_points
-from avs.representations.gaussians.objective import ExtendedObjective, Objective, PhotometricObjective
+from avs.representations.gaussians.objective import LOG_VARIANCES, LikelihoodObjective, Objective, PhotometricObjective
 from avs.representations.gaussians.optimization import active_degree, create_optimizers, follow_schedules
 from avs.representations.gaussians.parameter_information import parameter_fisher
 from avs.representations.gaussians.parameters import NAMES, Parameters, create_parameters, extend_parameters
+from avs.representations.gaussians.ply import write_ply
 from avs.representations.gaussians.probes import probe_views
 from avs.representations.gaussians.variance import variance_reductions
+from avs.representations.learned_variance import VarianceLearning, VarianceReduction
 from avs.scene.cameras import Cameras, IndexArray
 from avs.scene.scene import Scene
 from avs.scene.views import Views
@@ -57,12 +60,12 @@ def build(scene: Scene, captured: IndexArray, settings: GaussianSettings, seed: 
 
 
 class GaussianSplats:
-    """Trainable 3D Gaussians; a ``Representation`` with every capability of ``avs.representations.base``.
+    """Trainable 3D Gaussians; a ``Representation`` with every capability of ``avs.representations.capabilities``.
 
     Attributes:
         settings: of the reconstruction.
         extent: of the scene, which positions' rates and thresholds are relative to.
-        parameters: the trainable tensors, see ``parameters.py``, and those of an extension.
+        parameters: the trainable tensors, see ``parameters.py``, and the log-variances, where they are learned.
         iteration: optimisation steps done so far.
     """
 
@@ -100,17 +103,17 @@ class GaussianSplats:
         """Degree of the spherical harmonics in use."""
         return active_degree(self.settings, self.iteration)
 
-    def extend(self, extension: Extension) -> None:
-        """Optimise by the loss of ``extension``, and learn its parameters; only before the first step, and once.
+    def learn_variance(self, rule: VarianceLearning) -> None:
+        """Learn a log-variance for each Gaussian by ``rule``; only before the first step, and once.
 
         Raises:
-            ValueError: it is too late, or there is an extension already.
+            ValueError: it is too late, or variances are learned already.
         """
         if self.iteration or self._objective.parameters:
-            raise ValueError("an extension comes before the first step, and only one")
-        self._objective = ExtendedObjective(extension, self.settings.ssim_weight)
-        extend_parameters(self.parameters, extension.parameters)
-        self._optimizers = create_optimizers(self.parameters, self.settings, self.extent, extension.parameters)
+            raise ValueError("variances are learned from before the first step on, and by only one rule")
+        self._objective = LikelihoodObjective(rule, self.settings.ssim_weight)
+        extend_parameters(self.parameters, self._objective.parameters)
+        self._optimizers = create_optimizers(self.parameters, self.settings, self.extent, self._objective.parameters)
 
     def fit(self, views: Views, iterations: int) -> None:
         """Optimise on ``views`` for ``iterations`` more steps, one view each.
@@ -182,13 +185,17 @@ class GaussianSplats:
         """Return the variance that each camera's view removes, ``[n]``: see ``variance.variance_reductions``.
 
         Raises:
-            ValueError: there is no extension.
+            ValueError: no variance is learned.
         """
-        if not isinstance(self._objective, ExtendedObjective):
-            raise ValueError("the variance is learned by an extension, and there is none")
+        if not isinstance(self._objective, LikelihoodObjective):
+            raise ValueError("a reduction needs variances that are learned, and there is none")
         with torch.no_grad():
-            variances = self._objective.variances(self.parameters)
-        return variance_reductions(self.parameters, variances, cameras, self._objective.extension.attenuated, rule)
+            variances = self.parameters[LOG_VARIANCES].exp()
+        return variance_reductions(self.parameters, variances, cameras, self._objective.rule.attenuated, rule)
+
+    def export(self, folder: Path) -> None:
+        """Write ``splats.ply`` to ``folder``: see ``ply.write_ply``."""
+        write_ply(folder / "splats.ply", self.parameters)
 
     def save(self, path: Path) -> None:
         """Write parameters, optimiser moments, density statistics, counters and the generator's state to ``path``."""

@@ -22,16 +22,16 @@ from avs.rasterizer.spherical_harmonics import view_dependent_colors
 from avs.rasterizer.splat_records import pack_records
 from avs.rasterizer.tiles import depth_order
 from avs.rasterizer.variance_kernels import sum_reductions
-from avs.representations.base import VarianceReduction
 from avs.representations.gaussians import variance_gsplat
 from avs.representations.gaussians.parameters import Parameters
+from avs.representations.learned_variance import VarianceReduction
 from avs.scene.cameras import Cameras
 
 NEAR, FAR, BLUR = 0.01, 1e10, 0.3
 """The defaults of ``rasterizer.rasterization``: nearest and farthest depth, variance added in square pixels."""
 
 PLAIN, ATTENUATED = Squares(share=0.0, through=1.0), Squares(share=1.0, through=0.0)
-"""The two ways to blend a variance, see ``avs.representations.base.Extension.attenuated``."""
+"""The two ways to blend a variance, see ``avs.representations.learned_variance.VarianceLearning.attenuated``."""
 
 
 def rasterization_with_variance(

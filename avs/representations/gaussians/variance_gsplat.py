@@ -15,7 +15,7 @@ import gsplat
 import torch
 from torch import Tensor
 
-from avs.representations.base import VarianceReduction
+from avs.representations.learned_variance import VarianceReduction
 
 ALPHA_MAX = 0.999
 """gsplat 1.5.3 holds opacities below 1 by this; so does ``blending.py``."""

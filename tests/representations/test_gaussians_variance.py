@@ -1,4 +1,6 @@
-"""Parameters and a loss that a method adds to Gaussians: optimisation, densification, checkpoints."""
+"""Variances that Gaussians learn: the objective, densification, checkpoints, copies."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,32 +11,32 @@ from test_gaussians_densification import COUNT, Bench
 from tolerances import LOSS_VALUE
 
 from avs.rasterizer.losses import prepare_target, structural_similarity
-from avs.representations.base import HasVarianceReduction, PrimitiveParameter, TakesExtension, VarianceReduction
 from avs.representations.gaussians.gaussian_settings import GaussianSettings, InitialPoints
-from avs.representations.gaussians.objective import ExtendedObjective
+from avs.representations.gaussians.objective import LikelihoodObjective
 from avs.representations.gaussians.optimization import create_optimizers
-from avs.representations.gaussians.parameters import extend_parameters
+from avs.representations.gaussians.parameters import PrimitiveParameter, extend_parameters
 from avs.representations.gaussians.ply import write_ply
 from avs.representations.gaussians.variance import rasterization_with_variance
-from avs.selectors.activenerf import ActiveNerfSettings, LearnedVariance
+from avs.representations.learned_variance import HasLearnedVariance, VarianceLearning, VarianceReduction
 from avs.system.errors import UserError
 
 RULE = VarianceReduction(1e-4, True, False)
+LEARNING = VarianceLearning(learning_rate=None, constant=1e-4, floor=0.1, attenuated=False)
 
 
 # The likelihood's floor hides the variance of Gaussians that hardly cover anything.
 OPAQUE = SETTINGS.model_copy(update={"points": InitialPoints(opacity=0.9)})
 
 
-def extended(seed=1, **settings):
+def extended(seed=1, **changes):
     representation = splats(OPAQUE, seed)
-    representation.extend(LearnedVariance(ActiveNerfSettings(**settings)))
+    representation.learn_variance(replace(LEARNING, **changes))
     return representation
 
 
 def test_each_gaussian_gets_the_parameter_at_its_start_and_learns_it(views):  # noqa: F811
     representation = splats()
-    representation.extend(LearnedVariance(ActiveNerfSettings()))
+    representation.learn_variance(LEARNING)
     values = representation.parameters["log_variances"]
     assert values.shape == (50,)
     assert not values.detach().any()
@@ -48,25 +50,25 @@ def test_each_gaussian_gets_the_parameter_at_its_start_and_learns_it(views):  # 
 
 def test_the_rate_is_the_one_given_or_that_of_opacities(views):  # noqa: F811
     rates = []
-    for settings in ({}, {"learning_rate": 0.003}):
-        representation = extended(**settings)
+    for changes in ({}, {"learning_rate": 0.003}):
+        representation = extended(**changes)
         representation.fit(views, 1)
         rates.append(float(representation.parameters["log_variances"].detach().abs().max()))
     # Adam's first step is the rate, where there is a gradient.
     np.testing.assert_allclose(rates, [GaussianSettings().learning_rates.opacities, 0.003], rtol=1e-3)
 
 
-@pytest.mark.parametrize("form", ["clean", "pull_request"])
-def test_the_loss_is_the_likelihood_and_dssim(views, form):  # noqa: F811
-    representation = extended(form=form)
-    extension = LearnedVariance(ActiveNerfSettings(form=form))
+@pytest.mark.parametrize("attenuated", [False, True])
+def test_the_loss_is_the_likelihood_and_dssim(views, attenuated):  # noqa: F811
+    rule = replace(LEARNING, attenuated=attenuated)
+    representation = extended(attenuated=attenuated)
     with torch.no_grad():
         representation.parameters["log_variances"].normal_(generator=torch.Generator().manual_seed(0))
         arguments = representation._arguments(CAMERAS[:1], 0)
         target = prepare_target(views.images[0], torch.device("cpu"))
-        loss, _ = ExtendedObjective(extension, 0.2)(representation.parameters, arguments, target)
+        loss, _ = LikelihoodObjective(rule, 0.2)(representation.parameters, arguments, target)
         beta = representation.parameters["log_variances"].exp()
-        image, variance, _ = rasterization_with_variance(**arguments, variances=beta, attenuated=form == "pull_request")
+        image, variance, _ = rasterization_with_variance(**arguments, variances=beta, attenuated=attenuated)
     image, photograph = image[0].double(), target.image.double()
     held = (variance[0].double() + 1e-4).clamp(min=0.1)[..., None]
     assert (held > 0.1).any()
@@ -159,16 +161,14 @@ def test_a_ply_file_has_the_attributes_of_3dgs_alone(tmp_path):
     assert plain.dtype == more.dtype
 
 
-def test_an_extension_comes_first_and_once(views):  # noqa: F811
+def test_variances_are_learned_from_the_start_and_once(views):  # noqa: F811
     representation = extended()
-    assert isinstance(representation, TakesExtension)
-    assert isinstance(representation, HasVarianceReduction)
-    extension = LearnedVariance(ActiveNerfSettings())
+    assert isinstance(representation, HasLearnedVariance)
     with pytest.raises(ValueError, match="only one"):
-        representation.extend(extension)
+        representation.learn_variance(LEARNING)
     late = splats()
     late.fit(views, 1)
     with pytest.raises(ValueError, match="before the first step"):
-        late.extend(extension)
+        late.learn_variance(LEARNING)
     with pytest.raises(ValueError, match="there is none"):
         late.variance_reduction(CAMERAS, RULE)

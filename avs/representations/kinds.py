@@ -1,0 +1,113 @@
+"""Kinds of representations, found by name: the sub-packages of ``avs.representations`` that have a ``KIND``."""
+
+from __future__ import annotations
+
+import difflib
+import functools
+import importlib
+import pkgutil
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Annotated, Any, cast
+
+from pydantic import GetCoreSchemaHandler, ValidationError
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from avs.representations.base import Kind, Representation, RepresentationSettings
+from avs.scene.cameras import IndexArray
+from avs.scene.scene import Scene
+from avs.system.errors import UserError
+from avs.system.models import first_fault
+
+PACKAGE = "avs.representations"
+"""The package whose sub-packages are searched."""
+
+DEFAULT = "gaussians"
+"""The kind of settings that name none."""
+
+Builder = Callable[[Scene, IndexArray, RepresentationSettings, int, str], Representation]
+
+
+@functools.cache
+def kinds() -> Mapping[str, Kind]:
+    """Return every kind by name, in the order of names."""
+    package = importlib.import_module(PACKAGE)
+    names = sorted(module.name for module in pkgutil.iter_modules(package.__path__) if module.ispkg)
+    found = {name: getattr(importlib.import_module(f"{PACKAGE}.{name}"), "KIND", None) for name in names}
+    return MappingProxyType({name: kind for name, kind in found.items() if isinstance(kind, Kind)})
+
+
+def find(name: str) -> Kind:
+    """Return the kind called ``name``.
+
+    Raises:
+        UserError: there is none; the line lists near names.
+    """
+    if name not in kinds():
+        raise UserError(f"kind of representation {name!r}", "unknown", f"did you mean {_near(name)}?")
+    return kinds()[name]
+
+
+def build(
+    scene: Scene, captured: IndexArray, settings: RepresentationSettings, seed: int, device: str
+) -> Representation:
+    """Return an untrained representation of ``scene``, of the kind of ``settings``.
+
+    Args:
+        scene: what is to be reconstructed.
+        captured: indices of the images captured so far, ``[n]``.
+        settings: of the reconstruction.
+        seed: of every random choice of the reconstruction.
+        device: ``cpu`` or ``cuda``.
+
+    Raises:
+        UserError: the device is not there, or the scene does not fit the settings.
+    """
+    module, _, function = find(settings.kind).build.partition(":")
+    make = cast(Builder, getattr(importlib.import_module(module), function))
+    return make(scene, captured, settings, seed, device)
+
+
+def create_settings(values: Mapping[str, Any]) -> RepresentationSettings:
+    """Return settings, checked and completed by the defaults of their ``kind``.
+
+    Raises:
+        UserError: the kind or a setting is unknown, or a value does not fit.
+    """
+    try:
+        return _checked(values)
+    except ValidationError as error:
+        place, fault = first_fault(error, "representation")
+        raise UserError(place, fault, "mend the value") from None
+
+
+def _checked(values: object) -> RepresentationSettings:
+    """Return ``values`` as the settings of their kind; raise a ``ValidationError`` that names their keys alone."""
+    if isinstance(values, RepresentationSettings):
+        return values
+    name = values.get("kind", DEFAULT) if isinstance(values, Mapping) else DEFAULT
+    if name in list(kinds()):
+        return kinds()[name].settings.model_validate(values)
+    context = {"name": repr(name), "near": _near(name)}
+    fault = PydanticCustomError("unknown_kind", "{name} is no kind of representation, did you mean {near}?", context)
+    raise ValidationError.from_exception_data(
+        "representation", [{"type": fault, "loc": ("kind",), "input": name}]
+    ) from None
+
+
+def _near(name: object) -> str:
+    return ", ".join(difflib.get_close_matches(str(name), kinds(), n=3) or kinds())
+
+
+class _UnionOfKinds:
+    """Annotation of a field that takes the settings of any kind; its JSON schema lists all of them."""
+
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Check by ``_checked``: a union of pydantic's own would name the kind as if it were one of the keys."""
+        choices = {name: handler.generate_schema(kind.settings) for name, kind in kinds().items()}
+        union = core_schema.tagged_union_schema(choices, discriminator="kind")
+        return core_schema.no_info_wrap_validator_function(lambda values, _: _checked(values), union)
+
+
+AnyRepresentationSettings = Annotated[RepresentationSettings, _UnionOfKinds()]
+"""Settings of the kind that their field ``kind`` names; ``DEFAULT`` where there is no such field."""
