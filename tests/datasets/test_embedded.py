@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from avs.datasets.embedded import make_scene
+from avs.datasets.embedded.camera.render import pixel_rays
+from avs.datasets.embedded.camera.surface_points import inside, project
 from avs.datasets.embedded.capture import PATTERNS, Capture, build_capture, write_capture
 from avs.datasets.embedded.embedded_settings import EmbeddedSettings
-from avs.datasets.embedded.raycast import Caster
-from avs.datasets.embedded.render import pixel_rays
-from avs.datasets.embedded.surface_points import inside, project
+from avs.datasets.embedded.geometry.raycast import Caster
 from avs.scene.scene import read_scene
 from avs.system.errors import UserError
 from tests import tolerances

@@ -8,17 +8,17 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from avs.datasets.embedded.camera.film import tone
+from avs.datasets.embedded.camera.lens import Lens
+from avs.datasets.embedded.camera.render import meter
+from avs.datasets.embedded.camera.trajectories import walkthrough
 from avs.datasets.embedded.embedded_settings import EmbeddedSettings
-from avs.datasets.embedded.film import tone
-from avs.datasets.embedded.house import flat
-from avs.datasets.embedded.indoor import room_light
-from avs.datasets.embedded.lens import Lens
-from avs.datasets.embedded.mesh_model import Array, assemble
-from avs.datasets.embedded.raycast import Hits
-from avs.datasets.embedded.render import meter
-from avs.datasets.embedded.shading import Shader
-from avs.datasets.embedded.stage import Stage
-from avs.datasets.embedded.trajectories import walkthrough
+from avs.datasets.embedded.geometry.mesh_model import Array, assemble
+from avs.datasets.embedded.geometry.raycast import Hits
+from avs.datasets.embedded.layouts.house import flat
+from avs.datasets.embedded.layouts.indoor import room_light
+from avs.datasets.embedded.layouts.stage import Stage
+from avs.datasets.embedded.light.shading import Shader
 from avs.system.files import atomic_folder, write_json
 
 FINEST = 0.02

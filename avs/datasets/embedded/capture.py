@@ -10,17 +10,18 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from avs.datasets.embedded import house, indoor, outdoor, trajectories
 from avs.datasets.embedded.apartment import ply_bytes
+from avs.datasets.embedded.camera import trajectories
+from avs.datasets.embedded.camera.film import develop
+from avs.datasets.embedded.camera.lens import Lens
+from avs.datasets.embedded.camera.render import depth, meter, render
+from avs.datasets.embedded.camera.surface_points import sparse_points
 from avs.datasets.embedded.embedded_settings import EmbeddedSettings
-from avs.datasets.embedded.film import develop
-from avs.datasets.embedded.lens import Lens
-from avs.datasets.embedded.mesh_model import Array, Model, assemble
-from avs.datasets.embedded.raycast import Caster
-from avs.datasets.embedded.render import depth, meter, render
-from avs.datasets.embedded.shading import Shader
-from avs.datasets.embedded.stage import Stage
-from avs.datasets.embedded.surface_points import sparse_points
+from avs.datasets.embedded.geometry.mesh_model import Array, Model, assemble
+from avs.datasets.embedded.geometry.raycast import Caster
+from avs.datasets.embedded.layouts import house, indoor, outdoor
+from avs.datasets.embedded.layouts.stage import Stage
+from avs.datasets.embedded.light.shading import Shader
 from avs.scene.cameras import Cameras, IndexArray
 from avs.scene.scene import Points, write_scene
 from avs.system.errors import UserError

@@ -1,0 +1,1 @@
+"""Lenses, paths, exposure, and what a camera sees: pixels, depth, sparse points."""

@@ -1,0 +1,1 @@
+"""Triangle meshes: their parts, and rays against them."""

@@ -1,0 +1,1 @@
+"""Where things stand: gardens, rooms and flats, drawn from a seed."""

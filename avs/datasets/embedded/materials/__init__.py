@@ -1,0 +1,1 @@
+"""Colours and textures of surfaces, made of photographs and noise."""
