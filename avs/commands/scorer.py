@@ -18,7 +18,7 @@ commands = typer.Typer()
 @commands.command()
 def distortions(scene: Path, seed: int, settings: SettingsFile, out: Out, log: Log = None) -> None:
     """Fit a training scene and keep renderings of it with their SSIM maps."""
-    from avs.iqa.cross_reference.renders import make_renders
+    from avs.iqa.cross_reference.distortion_renders import make_renders
     from avs.iqa.cross_reference.scorer_settings import RenderJob
 
     with job(log) as console:

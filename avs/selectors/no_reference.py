@@ -20,7 +20,7 @@ from avs.selection.contract import Method, Resources, Selection, Settings, State
 from avs.system.errors import UserError
 
 if TYPE_CHECKING:
-    from avs.iqa.no_reference.metrics import Score
+    from avs.iqa.no_reference.pyiqa_metrics import Score
 
 
 # On a CPU so many pixels are scored at once. Their intermediate images stay in the cache: eight images of 518x345 take
@@ -118,7 +118,7 @@ class NoReferenceSelector:
             UserError: its weights are absent, damaged, hold objects, or are those of another metric.
         """
         if score is None:
-            from avs.iqa.no_reference.metrics import build
+            from avs.iqa.no_reference.pyiqa_metrics import build
 
             score = build(metric.name, metric.weights, resources.device, resources.weights)
         self.notes = notes
@@ -171,8 +171,8 @@ def _build_niqe(settings: NIQESettings, resources: Resources) -> NoReferenceSele
     path = resources.weights
     if path is None or path.suffix != ".safetensors":
         return NoReferenceSelector(_METRICS["niqe"], settings, resources)
-    from avs.iqa.no_reference.metrics import fitted_niqe
     from avs.iqa.no_reference.niqe_fit import read_fitted
+    from avs.iqa.no_reference.pyiqa_metrics import fitted_niqe
 
     fitted = read_fitted(path)
     if fitted.settings != FitSettings(resize=settings.resize, fit=settings.fit):

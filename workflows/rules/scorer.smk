@@ -31,7 +31,7 @@ rule distortions:
         scene=f"{RESULTS}/scenes/{{pattern}}_{{seed}}/scene.json",
         settings=f"{RESULTS}/settings/distortions.json",
         kernels=ancient(KERNELS),
-        code=sources("avs.iqa.cross_reference.renders", REPRESENTATION.module),
+        code=sources("avs.iqa.cross_reference.distortion_renders", REPRESENTATION.module),
     output:
         f"{RESULTS}/distortions/{{pattern}}_{{seed}}.safetensors",
     log:

@@ -15,7 +15,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from avs.iqa.cross_reference.backbones import Backbone, build_backbone
-from avs.iqa.cross_reference.positions import PositionCodes
+from avs.iqa.cross_reference.position_codes import PositionCodes
 from avs.iqa.cross_reference.scorer_settings import PATCH, AnyNetwork, DINOv2Settings
 
 _IMAGENET_MEAN = (0.485, 0.456, 0.406)

@@ -14,12 +14,12 @@ from torch.nn import functional
 from torch.optim.swa_utils import update_bn
 
 from avs.iqa.cross_reference.backbones import build_backbone, find_weights, fused, open_residual_branches
-from avs.iqa.cross_reference.card import model_card
-from avs.iqa.cross_reference.dataset import Batch, Sampler
 from avs.iqa.cross_reference.distortions import Distortions, read_distortions
+from avs.iqa.cross_reference.model_card import model_card
 from avs.iqa.cross_reference.network import CrossReferenceNetwork, build_network
 from avs.iqa.cross_reference.scorer_checkpoint import save_network
 from avs.iqa.cross_reference.scorer_settings import ScorerSettings, TrainingSettings
+from avs.iqa.cross_reference.training_batches import Batch, Sampler
 from avs.system.errors import UserError
 from avs.system.files import write_json
 

@@ -6,7 +6,7 @@ import torch
 
 from avs.iqa.cross_reference.backbones import fused
 from avs.iqa.cross_reference.network import DecoderLayer, build_network
-from avs.iqa.cross_reference.positions import PositionCodes
+from avs.iqa.cross_reference.position_codes import PositionCodes
 from avs.iqa.cross_reference.scorer_settings import RepViTSettings
 from tests.tolerances import FLOAT32_NETWORK
 

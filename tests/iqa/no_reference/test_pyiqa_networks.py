@@ -8,8 +8,8 @@ import socket
 
 import pytest
 
-from avs.iqa.no_reference.metrics import build
-from avs.iqa.no_reference.networks import _random_backbones
+from avs.iqa.no_reference.pyiqa_metrics import build
+from avs.iqa.no_reference.pyiqa_networks import _random_backbones
 from avs.system.compatibility import prepare_torchvision
 from avs.system.errors import UserError
 from avs.system.weights.manifest import MANIFEST, Weights

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import torch
 
-from avs.iqa.cross_reference.dataset import Sampler
 from avs.iqa.cross_reference.distortions import decoded
 from avs.iqa.cross_reference.scorer_settings import ReferenceSettings, TrainingSettings
+from avs.iqa.cross_reference.training_batches import Sampler
 from avs.iqa.resizing import ResizeSettings
 from avs.system.errors import UserError
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from avs.iqa.cross_reference.card import Prediction, agreement
+from avs.iqa.cross_reference.model_card import Prediction, agreement
 
 
 def _prediction(moment, predicted, true, captured=False, scene=0):

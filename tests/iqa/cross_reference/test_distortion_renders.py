@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from factories import MeanColor, small_scene
 
+from avs.iqa.cross_reference.distortion_renders import collect
 from avs.iqa.cross_reference.distortions import decoded
-from avs.iqa.cross_reference.renders import collect
 from avs.iqa.cross_reference.scorer_settings import RenderSettings
 from avs.system.errors import UserError
 from metrics.image import ssim_map

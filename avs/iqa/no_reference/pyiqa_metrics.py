@@ -34,7 +34,7 @@ def build(metric: str, name: str | None, device: str, path: Path | None = None) 
     prepare_torchvision()
     path = None if name is None else weights.verified(name, path)
     if path is None:
-        from avs.iqa.no_reference.networks import build_plain
+        from avs.iqa.no_reference.pyiqa_networks import build_plain
 
         return build_plain(metric, device)
     if metric == "niqe":
@@ -45,7 +45,7 @@ def build(metric: str, name: str | None, device: str, path: Path | None = None) 
         from avs.iqa.no_reference.brisque import BRISQUE, read_support_vectors
 
         return BRISQUE(*read_support_vectors(path))
-    from avs.iqa.no_reference.networks import build_network
+    from avs.iqa.no_reference.pyiqa_networks import build_network
 
     return build_network(metric, path, device, f"{COMMAND} {name}")
 
