@@ -29,7 +29,7 @@ FUSED_CONVOLUTIONS = 1e-4
 # avs/iqa/cross_reference/network.py: float32 against float64, or float32 summed in another order, through two decoder
 # layers whose tokens are of order one; the network's output lies in 0..1.
 FLOAT32_NETWORK = 1e-4
-# avs/iqa/cross_reference/scorer.py: weights and tokens rounded to 8 bits (4e-3), averaged over the pixels of a map.
+# avs/iqa/cross_reference/trained_scorer.py: weights and tokens rounded to 8 bits (4e-3), averaged over a map.
 BFLOAT16_SCORE = 2e-3
 # avs/iqa/cross_reference/backbones.py: float32 in another order through twelve transformer blocks; the tokens leave a
 # norm, so that they are of order one.

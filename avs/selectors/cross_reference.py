@@ -18,7 +18,7 @@ from avs.selection.contract import Method, Resources, Selection, Settings, State
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from avs.iqa.cross_reference.scorer import CrossReferenceScorer
+    from avs.iqa.cross_reference.trained_scorer import CrossReferenceScorer
 
 Image = npt.NDArray[np.uint8]
 
@@ -109,8 +109,8 @@ def _build(name: str, label: str, settings: CrossReferenceSettings, resources: R
         UserError: the weights are damaged, or of another architecture.
     """
     from avs.iqa.cross_reference.crossscore import is_archive
-    from avs.iqa.cross_reference.scorer import CrossReferenceScorer
     from avs.iqa.cross_reference.scorer_checkpoint import load_network
+    from avs.iqa.cross_reference.trained_scorer import CrossReferenceScorer
 
     path = resources.weights
     assert path is not None  # Method.selector sees to it

@@ -28,8 +28,8 @@ import numpy as np  # noqa: E402
 import torch  # noqa: E402
 
 from avs.iqa.cross_reference.network import build_network  # noqa: E402
-from avs.iqa.cross_reference.scorer import CrossReferenceScorer  # noqa: E402
 from avs.iqa.cross_reference.scorer_settings import DINOv2Settings, RepViTSettings  # noqa: E402
+from avs.iqa.cross_reference.trained_scorer import CrossReferenceScorer  # noqa: E402
 from avs.iqa.resizing import ResizeSettings, resized, to_tensor  # noqa: E402
 from avs.representations.gaussians.gaussian_settings import GaussianSettings  # noqa: E402
 from avs.representations.gaussians.initialization import PointCloud  # noqa: E402

@@ -14,8 +14,8 @@ from scipy.stats import pearsonr, spearmanr
 
 from avs.iqa.cross_reference.distortions import Distortions, decoded
 from avs.iqa.cross_reference.network import CrossReferenceNetwork
-from avs.iqa.cross_reference.scorer import CrossReferenceScorer
 from avs.iqa.cross_reference.scorer_settings import ScorerSettings
+from avs.iqa.cross_reference.trained_scorer import CrossReferenceScorer
 from avs.iqa.cross_reference.training_batches import resized_map
 from avs.system.files import file_hash
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import torch
 
-from avs.iqa.cross_reference.scorer import CrossReferenceScorer
+from avs.iqa.cross_reference.trained_scorer import CrossReferenceScorer
 from avs.iqa.resizing import ResizeSettings, resized, target_size, to_tensor
 from tests.tolerances import BFLOAT16_SCORE, FLOAT32_NETWORK
 
