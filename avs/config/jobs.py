@@ -22,6 +22,7 @@ from avs.nvs.timing_settings import RuntimeSettings, StateSettings, TimingSettin
 from avs.report.published import published_name
 from avs.selection import registry
 from avs.system.models import StrictModel
+from avs.system.reasons import Reason
 
 
 class TrainingJob(StrictModel):
@@ -40,7 +41,7 @@ class FigureJob(StrictModel):
 class RowsJob(FigureJob):
     """What a table reads."""
 
-    absent: dict[str, str] = Field(description="why a method has no number, by identifier")
+    absent: dict[str, Reason] = Field(description="why a method has no number, by identifier")
 
 
 class TableJob(RowsJob):
@@ -100,7 +101,8 @@ def _runtime(config: Config, method: str) -> TimingSettings:
 
 
 def _runtime_table(config: Config, _: str) -> RowsJob:
-    programs = {method: "a program of its own is not timed" for method in config.methods if is_program(method)}
+    reason = Reason(cause="a program of its own is not timed")
+    programs = dict.fromkeys(filter(is_program, config.methods), reason)
     return RowsJob(methods=config.methods, absent=absent_methods(config) | programs)
 
 

@@ -10,6 +10,7 @@ from avs.config.configuration import Config, scorer_of
 from avs.iqa.cross_reference.published_weights import published_weights
 from avs.selection import registry
 from avs.system import weights
+from avs.system.reasons import Reason
 
 
 @dataclass(frozen=True)
@@ -30,10 +31,10 @@ class Absent:
     """Weights that a method needs and that are neither here nor made by the run.
 
     Attributes:
-        reason: which, with the command that fetches them.
+        reason: which, and the command that fetches them.
     """
 
-    reason: str
+    reason: Reason
 
 
 def weights_of(config: Config, identifier: str) -> Path | Made | Absent | None:
@@ -56,8 +57,8 @@ def weights_of(config: Config, identifier: str) -> Path | Made | Absent | None:
     return Absent(reason)
 
 
-def absent_methods(config: Config) -> dict[str, str]:
-    """Return why each method of the run that cannot run here does not, with the remedy, by identifier.
+def absent_methods(config: Config) -> dict[str, Reason]:
+    """Return why each method of the run that cannot run here does not, by identifier.
 
     Such a method keeps its row in the tables, which says so; no episode of it is asked for.
     """

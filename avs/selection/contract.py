@@ -151,6 +151,7 @@ class Method:
         fallback: name of parameters that a run can fit on its training scenes in place of absent published ones; they
             are passed as ``Resources.weights``.
         oracle: whether it looks at photographs that are not captured yet, through ``State.truth``.
+        proposed: whether the paper proposes it, so that tables and figures set it off from the others.
     """
 
     label: str
@@ -163,6 +164,7 @@ class Method:
     pretrained: tuple[str, ...] = ()
     fallback: str | None = None
     oracle: bool = False
+    proposed: bool = False
 
     def selector(self, settings: Settings, resources: Resources) -> Selector:
         """Return the selector that ``build`` makes.

@@ -136,6 +136,7 @@ METHODS = {
         build=partial(_build, "repvit", "Ours-RepViT"),
         settings=CrossReferenceSettings,
         scorer="repvit",
+        proposed=True,
     ),
     "ours-dinov2": Method(
         label="Ours-DINOv2",
@@ -149,5 +150,6 @@ METHODS = {
         build=partial(_build, "dinov2", "Ours-DINOv2"),
         settings=CrossReferenceSettings,
         scorer="dinov2",
+        proposed=True,
     ),
 }

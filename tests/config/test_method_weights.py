@@ -5,6 +5,7 @@ import yaml
 
 from avs.config.configuration import load
 from avs.config.method_weights import Absent, Made, absent_methods, weights_of
+from avs.system.reasons import Reason
 from tests.workflow.project import ROOT
 
 
@@ -20,6 +21,10 @@ def config(**changes):
     return load(yaml.safe_load((ROOT / "workflows" / "config" / "ci.yaml").read_text()) | changes)
 
 
+def absence(name):
+    return Reason(cause=f"weights {name} absent", remedy=f"python -m avs weights fetch {name}")
+
+
 def put(folder, name):
     path = folder / name
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -32,7 +37,7 @@ def test_a_method_without_weights_gets_none(cache):
 
 
 def test_absent_weights_are_named_with_the_command_that_fetches_them(cache):
-    assert weights_of(config(), "musiq") == Absent("weights musiq absent: python -m avs weights fetch musiq")
+    assert weights_of(config(), "musiq") == Absent(absence("musiq"))
     assert "musiq" in absent_methods(config())
     assert not {"random", "niqe", "ours-dinov2"} & absent_methods(config()).keys()
 
@@ -40,7 +45,7 @@ def test_absent_weights_are_named_with_the_command_that_fetches_them(cache):
 def test_parameters_of_niqe_are_published_or_fitted_or_absent(cache):
     alone = config(distortions=None, scorers={}, methods=["niqe"])
     assert weights_of(config(), "niqe") == Made("niqe_fit", "niqe")
-    assert weights_of(alone, "niqe") == Absent("weights niqe absent: python -m avs weights fetch niqe")
+    assert weights_of(alone, "niqe") == Absent(absence("niqe"))
     published = put(cache, "pyiqa/niqe_modelparameters.mat")
     assert weights_of(config(), "niqe") == weights_of(alone, "niqe") == published
 

@@ -10,6 +10,7 @@ from avs.report.tables.rank_correlation import oriented
 from avs.report.tables.ranking_table import FIELDS, write_ranking_table
 from avs.selection.contract import ORACLE
 from avs.system.errors import UserError
+from avs.system.reasons import Reason
 
 METHODS = ["random", "fisherrf", "ours-repvit"]
 
@@ -136,7 +137,8 @@ def test_a_correlation_that_is_missing_says_why(episode, table, steps, note):
 def test_methods_without_episodes_keep_their_row(episode, table):
     complete = [episode("random", scene, steps=[step(ONE, ORDERED)]) for scene in ("attic", "cellar")]
     partly = [episode("fisherrf", "attic", steps=[step(ONE, ORDERED)])]
-    rows, markdown, _ = table(complete + partly, absent={"ours-repvit": "weights absent: fetch them"})
+    reason = Reason(cause="weights absent", remedy="fetch them")
+    rows, markdown, _ = table(complete + partly, absent={"ours-repvit": reason})
     assert rows["fisherrf", "ssim", "spearman"]["note"] == "no episode of cellar"
     assert rows["ours-repvit", "gain", "kendall"]["note"] == "weights absent: fetch them"
     assert "- Ours-RepViT: weights absent: fetch them\n" in markdown

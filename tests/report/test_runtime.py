@@ -8,6 +8,7 @@ import pytest
 from avs.nvs.timing_record import Runtime, SelectionTimes
 from avs.report.tables.runtime_table import write_runtime_table
 from avs.system.errors import UserError
+from avs.system.reasons import Reason
 from avs.system.records import write_record
 
 PUBLISHED = """table,dataset,scene,method,metric,value
@@ -89,7 +90,10 @@ def test_values_by_hand(episode, table):
 
 def test_a_method_without_a_time_keeps_its_row_with_the_reason(episode, table):
     reason = "weights maniqa absent: python -m avs weights fetch maniqa"
-    absent = {"maniqa": reason, "theirs": "a program of its own is not timed"}
+    absent = {
+        "maniqa": Reason(cause="weights maniqa absent", remedy="python -m avs weights fetch maniqa"),
+        "theirs": Reason(cause="a program of its own is not timed"),
+    }
     rows, markdown, latex = table(
         [make_record()], [episode("fisherrf"), episode("theirs")], ["fisherrf", "maniqa", "theirs"], absent
     )

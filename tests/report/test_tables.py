@@ -9,6 +9,7 @@ import pytest
 from avs.nvs.record import ImageMetrics
 from avs.report.tables.view_synthesis import write_nvs_table
 from avs.system.errors import UserError
+from avs.system.reasons import Reason
 from metrics.definitions import METRICS
 
 METHODS = ["random", "farthest", "piqe", "fisherrf", "ours-repvit"]
@@ -152,16 +153,16 @@ def test_method_without_episodes_keeps_its_row(episode, table):
 
 
 def test_method_that_cannot_run_says_why_and_keeps_its_published_value(episode, table):
-    reason = "weights koniq absent: python -m avs weights fetch koniq"
+    reason = Reason(cause="weights koniq absent", remedy="python -m avs weights fetch koniq")
     published = PUBLISHED + "tab,mipnerf360,mean,musiq,psnr,19.62\n"
     methods = ["random", "musiq", "farthest"]
     rows, markdown, latex = table([episode("random")], methods, published, absent={"musiq": reason})
     row = rows["musiq", "psnr"]
-    assert (row["mean"], row["published"], row["difference"], row["note"]) == ("", "19.62", "", reason)
+    assert (row["mean"], row["published"], row["difference"], row["note"]) == ("", "19.62", "", str(reason))
     assert rows["farthest", "psnr"]["note"] == "no episode"
     assert "| MUSIQ | weights koniq absent | 19.62 | – | – |" in markdown  # noqa: RUF001
     assert r"MUSIQ & {\scriptsize weights koniq absent} & 19.62 & -- & --" in latex
-    assert markdown.count(reason) == latex.count(reason) == 1
+    assert markdown.count(str(reason)) == latex.count(str(reason)) == 1
 
 
 def test_oracles_are_last_and_without_rank(episode, table):

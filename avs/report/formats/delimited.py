@@ -54,7 +54,7 @@ def scenes_csv(table: Table) -> str:
 
 def _notes(table: Table, row: Row, entry: Entry, metric: Metric) -> list[str]:
     if entry.missing is not None:
-        return [entry.missing]
+        return [str(entry.missing)]
     notes = []
     if entry.seeds == 1 and has_spread(table):
         notes.append("one seed, no spread")

@@ -8,7 +8,7 @@ from avs.report.collect import Episodes, own_settings
 from avs.report.published import PRINTED_NAMES, STAND_INS
 from avs.report.tables.summary import CONFIDENCE, PUBLISHED_PREFIX, Entry, Row, Table
 from avs.selection.contract import ORACLE
-from avs.system.weights.cache import COMMAND
+from avs.system.reasons import Reason
 from metrics.definitions import Metric
 
 GROUPS = ("Geometric", "3D-based", "2D-based")
@@ -20,9 +20,6 @@ SHADES = 3
 # The range of n differences holds their median with probability 1 - 2^(1 - n), and no percentile bootstrap is wider
 # than the range: with fewer than six scenes it cannot reach 95 %.
 _ENOUGH_SCENES = 6
-
-# Between the reason for an empty row and the command that helps, which only the note below the table repeats.
-_REMEDY = f": {COMMAND} "
 
 _RANGES = {"zero_one": "images in 0..1", "minus_one": "images in -1..1"}
 
@@ -127,10 +124,10 @@ def comparison_title(table: Table) -> str | None:
 def missing_cause(table: Table, row: Row, metric: Metric) -> str | None:
     """Return why the row is empty, without the command that helps, if it is and ``metric`` is the first."""
     reason = _missing_row(table, row) if metric is table.metrics[0] else None
-    return None if reason is None else reason.partition(_REMEDY)[0]
+    return None if reason is None else reason.cause
 
 
-def _missing_row(table: Table, row: Row) -> str | None:
+def _missing_row(table: Table, row: Row) -> Reason | None:
     """Return the reason for which all of a row is missing, except columns of published values, or None."""
     own = [metric for metric in table.metrics if not metric.identifier.startswith(PUBLISHED_PREFIX)]
     reasons = {row.entries[metric.identifier].missing for metric in own}

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from avs.nvs.record import Episode, Step
 from avs.report.collect import Cell, Episodes
 from avs.report.tables.summary import Entry, Row, Table, missing_episodes, printed_as
+from avs.system.reasons import Reason
 from metrics.definitions import Metric
 from metrics.ranking import Correlation, kendall, spearman
 from metrics.statistics import summarise
@@ -80,7 +81,7 @@ class Ranking:
     details: dict[tuple[str, str], Detail]
 
 
-def summarise_ranking(episodes: Episodes, methods: Sequence[str], absent: Mapping[str, str]) -> Ranking:
+def summarise_ranking(episodes: Episodes, methods: Sequence[str], absent: Mapping[str, Reason]) -> Ranking:
     """Compute every correlation: mean over selections, then over scenes, then over seeds.
 
     Args:
@@ -116,7 +117,7 @@ def oriented(step: Step, higher_is_worse: bool, target: Target) -> tuple[FloatAr
     return values[:, 0] * (1 if higher_is_worse else -1), values[:, 1] * (1 if target == "gain" else -1)
 
 
-def _entry(episodes: Episodes, method: str, column: Column, absent: Mapping[str, str]) -> tuple[Entry, Detail]:
+def _entry(episodes: Episodes, method: str, column: Column, absent: Mapping[str, Reason]) -> tuple[Entry, Detail]:
     reason = missing_episodes(episodes, method, absent)
     if reason is not None:
         return _without(reason)
@@ -146,15 +147,15 @@ def _correlations(episode: Episode, column: Column) -> list[Correlation]:
     return [STATISTICS[column.statistic](*pair) for pair in pairs if pair is not None]
 
 
-def _undefined(episode: Episode, correlations: Sequence[Correlation], column: Column) -> str:
+def _undefined(episode: Episode, correlations: Sequence[Correlation], column: Column) -> Reason:
     """Say why an episode has no correlation at all."""
     if all(step.scores is None for step in episode.steps):
-        return "the method records no scores"
+        return Reason(cause="the method records no scores")
     if not correlations:
-        return f"not measured (protocol.truth.{SETTINGS[column.target]})"
+        return Reason(cause=f"not measured (protocol.truth.{SETTINGS[column.target]})")
     reasons = sorted({each.reason for each in correlations if each.reason is not None})
-    return f"{episode.scene}: {', '.join(reasons)}"
+    return Reason(cause=f"{episode.scene}: {', '.join(reasons)}")
 
 
-def _without(reason: str) -> tuple[Entry, Detail]:
+def _without(reason: Reason) -> tuple[Entry, Detail]:
     return Entry(None, None, 0, 0, None, missing=reason), Detail(0, "", {})

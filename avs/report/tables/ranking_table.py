@@ -13,6 +13,7 @@ from avs.report.tables.rank_correlation import COLUMNS, Column, Ranking, summari
 from avs.report.tables.summary import Row
 from avs.report.tables.view_synthesis import with_ending
 from avs.system.files import write_text
+from avs.system.reasons import Reason
 
 FIELDS = ("method", "group", "target", "statistic", "mean", "spread", "over", "scenes", "seeds", "steps", "note")
 """Columns of the csv file."""
@@ -21,7 +22,7 @@ _DECIMALS = 4
 
 
 def write_ranking_table(
-    episodes: Sequence[Path], methods: Sequence[str], dataset: str, out: Path, absent: Mapping[str, str]
+    episodes: Sequence[Path], methods: Sequence[str], dataset: str, out: Path, absent: Mapping[str, Reason]
 ) -> None:
     """Write ``out`` with the suffixes ``.csv``, ``.md`` and ``.tex``.
 
@@ -65,7 +66,7 @@ def ranking_latex(ranking: Ranking) -> str:
 
 def _csv_row(ranking: Ranking, row: Row, column: Column) -> tuple[object, ...]:
     entry, detail = row.entries[column.metric.identifier], ranking.details[row.method, column.metric.identifier]
-    notes = [entry.missing] if entry.missing is not None else _left_out(detail.left_out)
+    notes = [str(entry.missing)] if entry.missing is not None else _left_out(detail.left_out)
     numbers = ("" if value is None else f"{value:.{_DECIMALS}f}" for value in (entry.mean, entry.spread))
     counts = (detail.over, entry.scenes, entry.seeds, detail.steps)
     return (row.method, row.group, column.target, column.statistic, *numbers, *counts, "; ".join(notes))

@@ -14,6 +14,7 @@ from avs.report.tables.selection_times import COLUMNS, RuntimeTable, read_runtim
 from avs.report.tables.view_synthesis import with_ending
 from avs.system.errors import UserError
 from avs.system.files import write_text
+from avs.system.reasons import Reason
 
 FIELDS = ("method", "group", "metric", "value", "lowest", "highest", "repeats", "published", "note")
 """Columns of the csv file."""
@@ -26,7 +27,7 @@ def write_runtime_table(
     records: Sequence[Path],
     episodes: Sequence[Path],
     methods: Sequence[str],
-    absent: Mapping[str, str],
+    absent: Mapping[str, Reason],
     published: Sequence[Path],
     out: Path,
 ) -> None:
@@ -72,7 +73,17 @@ def runtime_csv(runtime: RuntimeTable) -> str:
             texts = ["" if number is None else f"{number:.{digits}f}" for number in numbers]
             repeats = 0 if record is None or metric.identifier == "psnr" else len(values_of(record, metric.identifier))
             paper = runtime.published.get((row.method, metric.identifier), "")
-            rows.append((row.method, row.group, metric.identifier, *texts, repeats, paper, entry.missing or ""))
+            rows.append(
+                (
+                    row.method,
+                    row.group,
+                    metric.identifier,
+                    *texts,
+                    repeats,
+                    paper,
+                    "" if entry.missing is None else str(entry.missing),
+                )
+            )
     return csv_text(FIELDS, rows)
 
 

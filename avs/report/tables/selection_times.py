@@ -12,6 +12,7 @@ from avs.report.collect import Episodes
 from avs.report.published import read_published
 from avs.report.tables.summary import PUBLISHED_PREFIX, Entry, Row, Table, missing_episodes, printed_as, scene_value
 from avs.system.errors import UserError
+from avs.system.reasons import Reason
 from avs.system.records import read_record
 from metrics.definitions import METRICS, Metric
 
@@ -84,7 +85,7 @@ def summarise_runtime(
     records: Mapping[str, Runtime],
     episodes: Episodes,
     methods: Sequence[str],
-    absent: Mapping[str, str],
+    absent: Mapping[str, Reason],
     published: Sequence[Path],
 ) -> RuntimeTable:
     """Compute every entry.
@@ -109,7 +110,7 @@ def summarise_runtime(
         entries = {"psnr": _psnr(episodes, method, absent)}
         for metric in COLUMNS[1:]:
             values = [] if record is None else values_of(record, metric.identifier)
-            missing = None if values else absent.get(method, "not timed")
+            missing = None if values else absent.get(method, Reason(cause="not timed"))
             entries[metric.identifier] = Entry(
                 statistics.median(values) if values else None, None, 1, 1, None, missing=missing
             )
@@ -138,7 +139,7 @@ def values_of(record: Runtime, metric: str) -> list[float]:
             return [float(getattr(record, metric))]
 
 
-def _psnr(episodes: Episodes, method: str, absent: Mapping[str, str]) -> Entry:
+def _psnr(episodes: Episodes, method: str, absent: Mapping[str, Reason]) -> Entry:
     reason = missing_episodes(episodes, method, absent)
     if reason is not None:
         return Entry(None, None, 0, 0, None, missing=reason)

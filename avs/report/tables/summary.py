@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from avs.report.collect import Episodes, end_of_curve, image_mean
 from avs.selection import registry
+from avs.system.reasons import Reason
 from metrics.definitions import METRICS, Metric
 from metrics.statistics import Interval, paired_bootstrap, summarise
 
@@ -41,7 +42,7 @@ class Entry:
     seeds: int
     published: str | None
     against: tuple[float, Interval | None] | None = None
-    missing: str | None = None
+    missing: Reason | None = None
 
     @property
     def difference(self) -> float | None:
@@ -83,7 +84,7 @@ def summarise_table(
     methods: Sequence[str],
     published: Mapping[tuple[str, str], str] | None,
     reference: str,
-    absent: Mapping[str, str],
+    absent: Mapping[str, Reason],
 ) -> Table:
     """Compute every entry.
 
@@ -112,7 +113,7 @@ def scene_value(episodes: Episodes, method: str, scene: str, seed: int, metric: 
     return image_mean(end_of_curve(episodes.cells[method][scene, seed]), metric)
 
 
-def missing_episodes(episodes: Episodes, method: str, absent: Mapping[str, str]) -> str | None:
+def missing_episodes(episodes: Episodes, method: str, absent: Mapping[str, Reason]) -> Reason | None:
     """Say why a method has no seed with an episode of every scene, or return None if it has one.
 
     Args:
@@ -122,11 +123,11 @@ def missing_episodes(episodes: Episodes, method: str, absent: Mapping[str, str])
     """
     cells = episodes.cells.get(method)
     if not cells:
-        return absent.get(method, "no episode")
+        return absent.get(method, Reason(cause="no episode"))
     if episodes.complete_seeds(method):
         return None
     lacking = [scene for scene in episodes.scenes if scene not in {each for each, _ in cells}]
-    return f"no episode of {', '.join(lacking)}" if lacking else "no seed has an episode of every scene"
+    return Reason(cause=f"no episode of {', '.join(lacking)}" if lacking else "no seed has an episode of every scene")
 
 
 def printed_as(episodes: Episodes, method: str) -> tuple[str, str]:
@@ -144,7 +145,7 @@ def _entry(
     metric: str,
     published: Mapping[tuple[str, str], str],
     reference: str,
-    absent: Mapping[str, str],
+    absent: Mapping[str, Reason],
 ) -> Entry:
     printed = published.get((method, metric))
     seeds = episodes.complete_seeds(method)
@@ -156,12 +157,12 @@ def _entry(
     return Entry(summary.mean, summary.spread, len(episodes.scenes), len(seeds), printed, against)
 
 
-def _missing_value(episodes: Episodes, method: str, metric: str, seeds: Sequence[int]) -> str | None:
+def _missing_value(episodes: Episodes, method: str, metric: str, seeds: Sequence[int]) -> Reason | None:
     """Say why a metric has no mean over all scenes for these seeds, or return None."""
     for scene in episodes.scenes:
         for seed in seeds:
             if scene_value(episodes, method, scene, seed, metric) is None:
-                return episodes.cells[method][scene, seed].absent.get(metric, "not measured")
+                return Reason(cause=episodes.cells[method][scene, seed].absent.get(metric, "not measured"))
     return None
 
 

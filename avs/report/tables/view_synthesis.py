@@ -12,6 +12,7 @@ from avs.report.formats.markdown import table_markdown
 from avs.report.published import read_published
 from avs.report.tables.summary import summarise_table
 from avs.system.files import write_text
+from avs.system.reasons import Reason
 
 REFERENCE = "ours-repvit"
 """The method that all others are compared with."""
@@ -23,7 +24,7 @@ def write_nvs_table(
     dataset: str,
     published: Path | None,
     out: Path,
-    absent: Mapping[str, str] | None = None,
+    absent: Mapping[str, Reason] | None = None,
     reference: str = REFERENCE,
 ) -> None:
     """Write ``out`` with the suffixes ``.csv``, ``.md`` and ``.tex``, and ``_per_scene.csv``.

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from avs.system.errors import UserError
 from avs.system.files import file_hash
+from avs.system.reasons import Reason
 from avs.system.weights.manifest import MANIFEST, Weights
 
 VARIABLE = "AVS_WEIGHTS"
@@ -50,16 +51,16 @@ def locate(name: str) -> Path | None:
     return next((place for place in places if place.is_file()), None)
 
 
-def missing(names: Iterable[str]) -> str | None:
-    """Return None if all these weights are on this machine, or one line: which are not, and the command that helps.
+def missing(names: Iterable[str]) -> Reason | None:
+    """Return None if all these weights are on this machine, else which are not, and the command that helps.
 
-    Reads no file and uses no network. The line is the same on every machine, so that a record can hold it.
+    Reads no file and uses no network. The reason is the same on every machine, so that a record can hold it.
 
     Raises:
         UserError: the manifest has no such entry.
     """
     absent = " ".join(name for name in names if locate(name) is None)
-    return f"weights {absent} absent: {COMMAND} {absent}" if absent else None
+    return Reason(cause=f"weights {absent} absent", remedy=f"{COMMAND} {absent}") if absent else None
 
 
 def verified(name: str, path: Path | None = None) -> Path:

@@ -16,6 +16,7 @@ import pytest
 from avs.selection import registry
 from avs.system import weights
 from avs.system.errors import UserError
+from avs.system.reasons import Reason
 from avs.system.weights import cache, manifest
 from avs.system.weights.download import fetch
 from avs.system.weights.inventory import check, listing
@@ -158,7 +159,9 @@ def test_method_without_its_weights_is_unavailable(monkeypatch):
     method = registry.find("random").method
     registered = registry.Registered(dataclasses.replace(method, pretrained=("niqe", "tres")), "a test")
     monkeypatch.setattr(registry, "methods", lambda: {"random": registered})
-    assert registry.unavailable("random") == "weights niqe tres absent: python -m avs weights fetch niqe tres"
+    assert registry.unavailable("random") == Reason(
+        cause="weights niqe tres absent", remedy="python -m avs weights fetch niqe tres"
+    )
 
 
 def test_unknown_name_lists_near_ones():
