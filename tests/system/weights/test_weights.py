@@ -13,7 +13,6 @@ from pathlib import Path
 
 import pytest
 
-from avs.selection import registry
 from avs.system import weights
 from avs.system.errors import UserError
 from avs.system.reasons import Reason
@@ -155,13 +154,9 @@ def test_default_cache_folder_follows_xdg(monkeypatch, tmp_path):
     assert cache._torch_hub() == Path(torch.hub.get_dir())
 
 
-def test_method_without_its_weights_is_unavailable(monkeypatch):
-    method = registry.find("random").method
-    registered = registry.Registered(dataclasses.replace(method, pretrained=("niqe", "tres")), "a test")
-    monkeypatch.setattr(registry, "methods", lambda: {"random": registered})
-    assert registry.unavailable("random") == Reason(
-        cause="weights niqe tres absent", remedy="python -m avs weights fetch niqe tres"
-    )
+def test_cause_and_remedy_name_the_absent_weights(folder):
+    reason = Reason(cause="weights niqe tres absent", remedy="python -m avs weights fetch niqe tres")
+    assert weights.missing(["niqe", "tres"]) == reason
 
 
 def test_unknown_name_lists_near_ones():
