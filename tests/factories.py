@@ -5,6 +5,10 @@ import numpy as np
 from avs.representations.base import Rendering
 from avs.scene.cameras import Cameras, look_at
 from avs.scene.scene import Points, Scene, read_scene, write_scene
+from avs.scene.views import Views
+from avs.selection import registry
+from avs.selection.choice import select_views
+from avs.selection.contract import State
 
 
 def ring(count, radius=3.0, size=(24, 16)):
@@ -40,6 +44,22 @@ def small_scene(folder, count=40, name="toy", size=(24, 16)) -> Scene:
         licence="none",
     )
     return read_scene(folder)
+
+
+def named_views(cameras, images):
+    """Return views whose names are their numbers."""
+    return Views(cameras, tuple(images), tuple(f"{number:03d}.png" for number in range(len(cameras))))
+
+
+def state_of(representation, captured, candidates, rng=None, step=0, truth=None):
+    """Return a state whose candidates are named by their numbers."""
+    names = tuple(f"candidate_{row}.png" for row in range(len(candidates)))
+    return State(representation, captured, candidates, names, rng or np.random.default_rng(0), step, truth)
+
+
+def selected(identifier, selector, state, k):
+    """Let a selector of a registered method choose, as the loop does."""
+    return select_views(registry.find(identifier).method, selector, state, k)
 
 
 class MeanColor:

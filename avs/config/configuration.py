@@ -14,7 +14,7 @@ from pydantic import BaseModel, Field, ValidationError, model_validator
 from avs.datasets.capture_settings import CaptureSettings
 from avs.datasets.embedded.embedded_settings import EmbeddedSettings
 from avs.iqa.cross_reference.scorer_settings import BACKBONE_OF, RenderSettings, ScorerSettings
-from avs.nvs.protocol import ProtocolSettings
+from avs.nvs.protocol import ProtocolSettings, protocol_of_method
 from avs.nvs.timing_settings import RuntimeSettings
 from avs.representations import kinds
 from avs.representations.kinds import AnyRepresentationSettings
@@ -63,7 +63,7 @@ class Config(StrictModel):
     )
     protocols: dict[str, dict[str, Any]] = Field(
         default_factory=dict,
-        description="settings of the loop that a method has for itself, by identifier, such as FisherRF4's batches",
+        description="settings of the loop for one method alone, by identifier; they go before what the method brings",
     )
     scenes_dir: str | None = Field(
         default=None, description="folder of captures in COLMAP layout to evaluate instead of embedded scenes"
@@ -124,7 +124,7 @@ def load(values: dict[str, Any], programs: Collection[str] = ()) -> Config:
         if identifier in registry.methods():
             fault = f"is a method of {registry.find(identifier).module} and a program as well"
             raise UserError(f"method {identifier}", fault, f"rename workflows/baselines/{identifier}.smk")
-    for identifier in config.protocols:
+    for identifier in dict.fromkeys((*config.methods, *config.protocols)):
         protocol_of(config, identifier)
     for identifier in dict.fromkeys((*config.methods, *config.selectors, *config.protocols)):
         if identifier in programs:
@@ -143,8 +143,10 @@ def protocol_of(config: Config, method: str) -> ProtocolSettings:
     Raises:
         UserError: a key is unknown, or a value does not fit.
     """
+    registered = registry.methods().get(method)  # programs are not registered
+    batches = None if registered is None else registered.method.batches
     try:
-        return ProtocolSettings.model_validate(config.protocol.model_dump() | config.protocols.get(method, {}))
+        return protocol_of_method(config.protocol, batches, config.protocols.get(method, {}))
     except ValidationError as error:
         raise _readable(error, "protocols", method) from None
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import Literal
 
@@ -9,16 +10,18 @@ from pydantic import BaseModel
 
 from avs.nvs.episode_settings import EpisodeSettings
 from avs.nvs.evaluation import Evaluator
-from avs.nvs.loop import Builder, Identity, Plan, Progress, run
+from avs.nvs.loop import Identity, Plan, Progress, run
 from avs.nvs.program import ListedViews, read_views
 from avs.nvs.protocol import ProtocolSettings
 from avs.nvs.record import Episode
+from avs.nvs.schedule import initial_captures
 from avs.representations import kinds
 from avs.representations.base import Representation, RepresentationSettings
 from avs.scene.cameras import IndexArray
 from avs.scene.scene import Scene, read_scene
 from avs.selection import registry
 from avs.selection.contract import Method, PreparesRepresentation, Resources, Settings
+from avs.selection.session import Builder
 from avs.system.errors import UserError
 from avs.system.files import file_hash
 from avs.system.records import read_record, write_record
@@ -50,14 +53,11 @@ def run_episode(
     """
     check_device(settings.device)
     scene = read_scene(scene_folder)
-    method = registry.find(settings.method).method if views is None else _program(settings, scene, views)
+    method = registry.find(settings.method).method if views is None else _program(settings.protocol, scene, views)
     # A program reads its settings by itself; they are recorded as they are.
     checked = registry.create_settings(settings.method, settings.selector) if views is None else Settings()
     identity = Identity(
         method=settings.method,
-        label=method.label,
-        group=method.group,
-        higher_is_worse=method.higher_is_worse,
         seed=seed,
         representation=settings.representation.model_dump(mode="json"),
         selector=settings.selector if views is not None else checked.model_dump(mode="json"),
@@ -68,12 +68,12 @@ def run_episode(
         scene=scene,
         protocol=settings.protocol,
         identity=identity,
+        method=method,
         selector=method.selector(checked, Resources(weights, settings.device)),
         build=builder(scene, settings.representation, seed, settings.device),
         evaluate=Evaluator(scene, settings.protocol.lpips, settings.device),
         progress=lambda line: progress(f"{scene.name}, {method.label}, seed {seed}: {line}"),
         device=settings.device,
-        oracle=method.oracle,
     )
     _write(out, *run(plan))
 
@@ -100,19 +100,13 @@ def replay_episode(
         raise UserError(episode, f"was recorded on another scene than {scene_folder}", "pass the scene it was run on")
     settings = kinds.create_settings(recorded.representation)
     protocol = ProtocolSettings.model_validate(recorded.protocol)
+    method = _listed(f"Replay of {recorded.label}", recorded.group, episode, ListedViews(recorded.selected, episode))
     plan = Plan(
         scene=scene,
         protocol=protocol,
-        identity=Identity(
-            method="replay",
-            label=f"Replay of {recorded.label}",
-            group=recorded.group,
-            higher_is_worse=recorded.higher_is_worse,
-            seed=recorded.seed,
-            representation=recorded.representation,
-            selector={},
-        ),
-        selector=ListedViews(scene, recorded.initial, recorded.selected, episode),
+        identity=Identity("replay", recorded.seed, recorded.representation, selector={}),
+        method=dataclasses.replace(method, chooses=recorded.chooses),
+        selector=method.selector(Settings(), Resources()),
         build=_prepared(builder(scene, settings, recorded.seed, device), recorded, device),
         evaluate=Evaluator(scene, protocol.lpips, device),
         progress=lambda line: progress(f"{scene.name}, replay: {line}"),
@@ -121,16 +115,16 @@ def replay_episode(
     _write(out, *run(plan))
 
 
-def _program(settings: EpisodeSettings, scene: Scene, views: Path) -> Method:
+def _program(protocol: ProtocolSettings, scene: Scene, views: Path) -> Method:
     """Return the method that follows the list of views which a program wrote."""
-    listed, selector = read_views(views, scene, settings.protocol)
-    return Method(
-        label=listed.label,
-        group=listed.group,
-        source=f"The program that wrote {views.name}.",
-        higher_is_worse=False,
-        build=lambda settings, resources: selector,
-    )
+    initial = [scene.names[index] for index in initial_captures(scene, protocol)]
+    listed, selector = read_views(views, initial)
+    return _listed(listed.label, listed.group, views, selector)
+
+
+def _listed(label: str, group: str, source: Path, selector: ListedViews) -> Method:
+    """Return the metadata of a method that follows a list; it gives no scores, so that its direction says nothing."""
+    return Method(label, group, f"The views that {source.name} lists.", "lowest", lambda settings, resources: selector)
 
 
 def check_device(device: str) -> None:

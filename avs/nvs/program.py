@@ -8,9 +8,6 @@ from pathlib import Path
 import numpy as np
 from pydantic import Field
 
-from avs.nvs.protocol import ProtocolSettings
-from avs.scene.sampling import initial_views
-from avs.scene.scene import Scene
 from avs.selection.contract import Selection, State
 from avs.system.errors import UserError
 from avs.system.models import StrictModel
@@ -32,10 +29,9 @@ class ViewList(StrictModel):
 class ListedViews:
     """A selector that takes the listed views one after another, without scores."""
 
-    def __init__(self, scene: Scene, initial: Sequence[str], selected: Sequence[str], source: Path) -> None:
-        """Take the image names before the first selection, and those to select; ``source`` names the list in errors."""
-        self._candidates = [scene.names[index] for index in scene.pool if scene.names[index] not in initial]
-        self._waiting = list(selected)
+    def __init__(self, views: Sequence[str], source: Path) -> None:
+        """Take the image names to select, in order; ``source`` names the list in errors."""
+        self._waiting = list(views)
         self._source = source
 
     def select(self, state: State, k: int) -> Selection:
@@ -49,25 +45,23 @@ class ListedViews:
             raise UserError(
                 self._source, f"lists too few views at step {state.step}", "list as many as the budget asks"
             )
-        unknown = [name for name in names if name not in self._candidates]
-        if unknown:
-            raise UserError(
-                self._source, f"{unknown[0]} is not a candidate at step {state.step}", "mend the list of views"
-            )
-        rows = np.array([self._candidates.index(name) for name in names], dtype=np.int64)
-        self._candidates = [name for name in self._candidates if name not in names]
-        return Selection(rows, None)
+        left = list(state.names)
+        rows = []
+        for name in names:
+            if name not in left:
+                raise UserError(
+                    self._source, f"{name} is not a candidate at step {state.step}", "mend the list of views"
+                )
+            rows.append(state.names.index(name))
+            left.remove(name)
+        return Selection(np.array(rows, dtype=np.int64), None)
 
 
-def read_views(path: Path, scene: Scene, protocol: ProtocolSettings) -> tuple[ViewList, ListedViews]:
-    """Read ``views.json`` and return it with a selector that follows it.
+def read_views(path: Path, initial: Sequence[str]) -> tuple[ViewList, ListedViews]:
+    """Read ``views.json`` and return it with a selector that follows it, past the ``initial`` views' names.
 
     Raises:
         UserError: the file is missing or does not follow the schema.
     """
     listed = read_record(path, ViewList)
-    pool = scene.pool
-    rows = pool[initial_views(scene.cameras[pool].centers, protocol.initial_views, protocol.initial_start)]
-    initial = [scene.names[row] for row in rows]
-    selected = [name for name in dict.fromkeys(listed.views) if name not in initial]
-    return listed, ListedViews(scene, initial, selected, path)
+    return listed, ListedViews([name for name in dict.fromkeys(listed.views) if name not in initial], path)

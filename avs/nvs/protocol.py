@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Literal, Self
+from collections.abc import Mapping
+from typing import Any, Literal, Self
 
 from pydantic import Field, PositiveInt, model_validator
 
+from avs.selection.contract import Batches
 from avs.system.models import StrictModel
 
 
@@ -79,3 +81,20 @@ class ProtocolSettings(StrictModel):
         if self.initial_views + len(self.additions) * self.views_per_step < self.budget:
             raise ValueError(f"{len(self.additions)} additions cannot fill a budget of {self.budget} views")
         return self
+
+
+def protocol_of_method(common: ProtocolSettings, batches: Batches | None, own: Mapping[str, Any]) -> ProtocolSettings:
+    """Return the settings of the loop for one method.
+
+    Args:
+        common: those of all methods.
+        batches: what the method changes by its definition, scaled to the number of iterations; or None.
+        own: what the configuration changes for this method alone, which has the last word.
+
+    Raises:
+        ValidationError: a key is unknown, or a value does not fit.
+    """
+    values = common.model_dump() | dict(own)
+    if batches is not None and isinstance(values["iterations"], int):
+        values |= {"views_per_step": batches.views_per_step, "additions": batches.scaled(values["iterations"])}
+    return ProtocolSettings.model_validate(values | dict(own))

@@ -71,7 +71,7 @@ class Episode(StrictModel):
     method: str = Field(description="identifier, such as fisherrf; 'replay' in a replay")
     label: str = Field(description="printed name, such as FisherRF")
     group: str = Field(description="row group of the table, such as 3D-based")
-    higher_is_worse: bool = Field(description="whether the largest score was chosen")
+    chooses: Literal["lowest", "highest"] = Field(description="which scores were captured first")
     seed: int
     protocol: dict[str, Any] = Field(description="the settings of the loop")
     representation: dict[str, Any] = Field(description="the settings of the reconstruction")

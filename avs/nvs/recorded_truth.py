@@ -28,7 +28,7 @@ def measure_truth(state: State, settings: TruthSettings, rng: np.random.Generato
         UserError: the gain is asked for, and the representation cannot be copied.
     """
     images, gain = _due(settings.image_every, state.step), _due(settings.gain_every, state.step)
-    found = true_metrics(state, ("psnr", "ssim"))[0].tolist() if images else (None, None)
+    found = true_metrics(state, ("psnr", "ssim")).tolist() if images else (None, None)
     return StepTruth(psnr=found[0], ssim=found[1], gain=_sampled_gains(state, settings, rng) if gain else None)
 
 

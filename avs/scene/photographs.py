@@ -9,12 +9,12 @@ from avs.scene.views import Views
 
 
 class Photographs:
-    """Reads views of one scene and keeps their pixels: an oracle looks at those of every candidate at each step."""
+    """Reads views of one scene and keeps their pixels by name: an oracle looks at those of all candidates each time."""
 
     def __init__(self, scene: Scene) -> None:
         """Read nothing yet."""
         self._scene = scene
-        self._read: dict[int, Pixels] = {}
+        self._read: dict[str, Pixels] = {}
 
     def views(self, indices: IndexArray) -> Views:
         """Return the views at ``indices`` of the scene, in that order.
@@ -22,7 +22,8 @@ class Photographs:
         Raises:
             UserError: an image is missing or damaged.
         """
-        rows = indices.tolist()
-        new = [row for row in rows if row not in self._read]
-        self._read.update(zip(new, self._scene.views(new).images, strict=True))
-        return Views(self._scene.cameras[indices], tuple(self._read[row] for row in rows))
+        names = tuple(self._scene.names[row] for row in indices)
+        new = [row for row, name in zip(indices.tolist(), names, strict=True) if name not in self._read]
+        read = self._scene.views(new)
+        self._read.update(zip(read.names, read.images, strict=True))
+        return Views(self._scene.cameras[indices], tuple(self._read[name] for name in names), names)

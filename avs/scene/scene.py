@@ -101,14 +101,15 @@ class Scene:
         Raises:
             UserError: an image is missing, truncated, or not the one that ``scene.json`` lists.
         """
+        rows = np.asarray(indices, dtype=np.int64)
         images = []
-        for index in np.asarray(indices, dtype=np.int64):
+        for index in rows:
             path = self.folder / "images" / self.names[index]
             pixels = read_image(path)
             if pixel_hash(pixels) != self.hashes[index]:
                 raise UserError(path, "is not the image that scene.json lists", _REMEDY)
             images.append(pixels)
-        return Views(self.cameras[np.asarray(indices, dtype=np.int64)], tuple(images))
+        return Views(self.cameras[rows], tuple(images), tuple(self.names[row] for row in rows))
 
 
 def scene_extent(cameras: Cameras) -> float:

@@ -12,7 +12,7 @@ from pydantic import Field, NonNegativeInt, PositiveInt
 from avs.representations.base import Renderer
 from avs.representations.capabilities import FisherInformation, HasFisherDiagonal, HasFisherProbes, capability
 from avs.scene.cameras import Cameras
-from avs.selection.contract import Selection, Settings, State, choose
+from avs.selection.contract import Selection, Settings, State
 
 Parameter = Literal["means", "f_dc", "f_rest", "scales", "opacities", "quats"]
 
@@ -145,7 +145,7 @@ def choose_greedily(
         return gain(information.values, captured[information.rows], regularisation)
 
     scores = np.array([score(information) for information in candidates.first_round(count)])
-    chosen, bounds = choose(scores, 1, higher_is_worse=True).tolist(), scores.copy()
+    chosen, bounds = [int(np.argmax(scores))], scores.copy()
     while len(chosen) < k:
         last = candidates[chosen[-1]]
         captured[last.rows] += last.values

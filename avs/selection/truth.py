@@ -14,7 +14,8 @@ import numpy.typing as npt
 from avs.representations.base import Renderer
 from avs.representations.capabilities import Copyable
 from avs.scene.views import Views
-from avs.selection.contract import State, Truth, render_candidates
+from avs.selection.batched_rendering import render_candidates
+from avs.selection.contract import State, Truth
 from metrics.image import psnr, ssim
 
 FloatArray = npt.NDArray[np.float64]
@@ -36,19 +37,14 @@ def hidden(state: State) -> Truth:
     return state.truth
 
 
-def true_metrics(state: State, metrics: Sequence[ImageMetric]) -> tuple[FloatArray, float]:
-    """Compare the current rendering of every candidate with its hidden photograph.
-
-    Returns:
-        ``[metrics, n]``, and the seconds spent in rendering.
-    """
+def true_metrics(state: State, metrics: Sequence[ImageMetric]) -> FloatArray:
+    """Compare the current rendering of every candidate with its hidden photograph; return ``[metrics, n]``."""
     photographs = hidden(state).candidates.images
-    values, render_seconds = np.empty((len(metrics), len(photographs))), 0.0
-    for rows, images, seconds in render_candidates(state, _BATCH):
-        render_seconds += seconds
+    values = np.empty((len(metrics), len(photographs)))
+    for rows, images in render_candidates(state, _BATCH):
         for row, image in zip(rows.tolist(), images, strict=True):
             values[:, row] = [_METRICS[metric](image, photographs[row]) for metric in metrics]
-    return values, render_seconds
+    return values
 
 
 def gains(

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from typing import Literal
 
+import numpy as np
+import numpy.typing as npt
 from pydantic import Field
 
 from avs.representations.base import Representation
 from avs.representations.capabilities import capability
 from avs.representations.learned_variance import HasLearnedVariance, VarianceLearning, VarianceReduction
-from avs.selection.contract import Method, Resources, Selection, Settings, State, choose
+from avs.selection.contract import Method, Resources, Settings, State
 
 
 class ActiveNerfSettings(Settings):
@@ -35,7 +37,7 @@ class ActiveNerfSettings(Settings):
 
 
 class ActiveNerfSelector:
-    """Largest sum over pixels of the variance before a view less that expected after it; the first k of k views."""
+    """Largest sum over pixels of the variance before a view less that expected after it."""
 
     def __init__(self, settings: ActiveNerfSettings, resources: Resources) -> None:
         """Keep the settings; no resources are needed."""
@@ -56,8 +58,8 @@ class ActiveNerfSelector:
         )
         capability(representation, HasLearnedVariance, "activenerf").learn_variance(rule)
 
-    def select(self, state: State, k: int) -> Selection:
-        """Return the ``k`` candidates whose views remove the most variance.
+    def score(self, state: State) -> npt.NDArray[np.float64]:
+        """Return the variance that each candidate's view removes, ``[n]``.
 
         Raises:
             UserError: the representation has no variance.
@@ -69,8 +71,7 @@ class ActiveNerfSelector:
             saturated=settings.form == "pull_request",
         )
         reduction = capability(state.representation, HasLearnedVariance, "activenerf").variance_reduction
-        scores = reduction(state.candidates, rule)
-        return Selection(choose(scores, k, higher_is_worse=True), scores)
+        return reduction(state.candidates, rule)
 
 
 METHODS = {
@@ -84,7 +85,7 @@ METHODS = {
             "differentiated completely and saturated pixels count as others do; and the reconstruction goes on after a "
             "selection unless refit is reinit."
         ),
-        higher_is_worse=True,
+        chooses="highest",
         build=ActiveNerfSelector,
         settings=ActiveNerfSettings,
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
@@ -13,14 +12,14 @@ from pydantic import Field, PositiveInt
 
 from avs.iqa.cross_reference.scorer_settings import BACKBONE_OF, PUBLISHED, Precision, ReferenceSettings
 from avs.iqa.resizing import ResizeSettings
-from avs.selection.contract import Method, Resources, Selection, Settings, State, choose, render_candidates
+from avs.scene.views import Views
+from avs.selection.batched_rendering import render_candidates
+from avs.selection.contract import Method, Resources, Settings, State
 
 if TYPE_CHECKING:
     from torch import Tensor
 
     from avs.iqa.cross_reference.trained_scorer import CrossReferenceScorer
-
-Image = npt.NDArray[np.uint8]
 
 
 class CrossReferenceSettings(Settings):
@@ -40,8 +39,7 @@ class CrossReferenceSettings(Settings):
 class CrossReferenceSelector:
     """Lowest predicted SSIM, the plain mean of the predicted map.
 
-    A captured photograph is encoded once in an episode: what the network reads of it is kept under a digest of its
-    pixels, so nothing goes wrong when an episode begins anew.
+    A captured photograph is encoded once in an episode: what the network reads of it is kept under its name.
 
     Attributes:
         notes: what a reader of its results should know.
@@ -54,27 +52,24 @@ class CrossReferenceSelector:
         self.notes = notes
         self._settings = settings
         self._scorer = scorer
-        self._tokens: dict[bytes, Tensor] = {}
+        self._tokens: dict[str, Tensor] = {}
 
-    def select(self, state: State, k: int) -> Selection:
-        """Return the ``k`` candidates of the lowest predicted SSIM; of the representation only ``render`` is used."""
-        tokens = self._encoded(state.captured.images)
+    def score(self, state: State) -> npt.NDArray[np.float64]:
+        """Return the predicted SSIM of each candidate, ``[n]``; of the representation only ``render`` is used."""
+        tokens = self._encoded(state.captured)
         references = self._references(state, tokens)
         scores = np.empty(len(state.candidates))
-        render_seconds = 0.0
-        for rows, renderings, seconds in render_candidates(state, self._settings.batch):
-            render_seconds += seconds
+        for rows, renderings in render_candidates(state, self._settings.batch):
             scores[rows] = self._scorer.score(renderings, [references[row] for row in rows])
-        return Selection(choose(scores, k, higher_is_worse=False), scores, render_seconds)
+        return scores
 
-    def _encoded(self, images: Sequence[Image]) -> list[Tensor]:
+    def _encoded(self, captured: Views) -> list[Tensor]:
         """Return the tokens of all captured photographs; encodes those that are new, forgets those that are gone."""
-        digests = [_digest(image) for image in images]
-        for digest, image in zip(digests, images, strict=True):
-            if digest not in self._tokens:
-                self._tokens[digest] = self._scorer.encode(image[None])[0]
-        self._tokens = {digest: self._tokens[digest] for digest in digests}
-        return [self._tokens[digest] for digest in digests]
+        for name, image in zip(captured.names, captured.images, strict=True):
+            if name not in self._tokens:
+                self._tokens[name] = self._scorer.encode(image[None])[0]
+        self._tokens = {name: self._tokens[name] for name in captured.names}
+        return [self._tokens[name] for name in captured.names]
 
     def _references(self, state: State, tokens: Sequence[Tensor]) -> list[list[Tensor]]:
         """Return the reference images of each candidate."""
@@ -95,11 +90,6 @@ def _rows(state: State, settings: ReferenceSettings) -> Iterable[npt.NDArray[np.
         else:
             order = np.argsort(np.linalg.norm(captured - center, axis=1), kind="stable")
         yield order[: settings.count]
-
-
-def _digest(image: Image) -> bytes:
-    """Return a name for an image's pixels."""
-    return hashlib.blake2b(repr(image.shape).encode() + image.tobytes(), digest_size=16).digest()
 
 
 def _build(name: str, label: str, settings: CrossReferenceSettings, resources: Resources) -> CrossReferenceSelector:
@@ -132,7 +122,7 @@ METHODS = {
             "references per candidate. The weights are trained here, because none are published; with fewer than "
             "five photographs those there are serve, where CrossScore adds black images (option pad)."
         ),
-        higher_is_worse=False,
+        chooses="lowest",
         build=partial(_build, "repvit", "Ours-RepViT"),
         settings=CrossReferenceSettings,
         scorer="repvit",
@@ -146,7 +136,7 @@ METHODS = {
             "where it is at hand, else its architecture trained here; the record tells which. With fewer than five "
             "photographs as Ours-RepViT; the long side is resized, as the paper says, where CrossScore takes the short."
         ),
-        higher_is_worse=False,
+        chooses="lowest",
         build=partial(_build, "dinov2", "Ours-DINOv2"),
         settings=CrossReferenceSettings,
         scorer="dinov2",

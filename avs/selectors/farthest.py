@@ -26,7 +26,7 @@ METHODS = {
             "Greedy max-min of Euclidean distances between camera centres, as FisherRF's initial views (commit "
             "b747328). The paper lists it as an oracle; it sees no image, so it is ranked as a method."
         ),
-        higher_is_worse=True,
+        chooses="highest",
         build=FarthestSelector,
     )
 }

@@ -7,7 +7,7 @@ import functools
 import numpy as np
 import numpy.typing as npt
 
-from avs.selection.contract import Method, Resources
+from avs.selection.contract import Batches, Method, Resources
 from avs.selection.information import InformationSelector, InformationSettings
 
 
@@ -36,7 +36,7 @@ METHODS = {
         label="FisherRF",
         group="3D-based",
         source=_SOURCE,
-        higher_is_worse=True,
+        chooses="highest",
         build=functools.partial(_build, "fisherrf"),
         settings=InformationSettings,
     ),
@@ -44,11 +44,12 @@ METHODS = {
         label="FisherRF4",
         group="3D-based",
         source=(
-            f"{_SOURCE} Four views a step, each chosen against the captured views and those chosen before it. Lambda "
-            "is FisherRF's, so that the two rows differ in the batch alone; the published script for batches has 2 "
-            "(setting regularisation)."
+            f"{_SOURCE} Four views a step, at the moments of its script, each chosen against the captured views and "
+            "those chosen before it. Lambda is FisherRF's, so that the two rows differ in the batch alone; the "
+            "published script for batches has 2 (setting regularisation)."
         ),
-        higher_is_worse=True,
+        chooses="highest",
+        batches=Batches(views_per_step=4, additions=(1200, 3600, 7200, 12000)),
         build=functools.partial(_build, "fisherrf4"),
         settings=InformationSettings,
     ),

@@ -10,7 +10,8 @@ from avs.representations.base import Renderer
 from avs.representations.capabilities import HasBlendingWeights, capability
 from avs.scene.cameras import Cameras, concatenate
 from avs.scene.views import Views
-from avs.selection.contract import Method, Resources, Selection, Settings, State, choose, render_in_batches
+from avs.selection.batched_rendering import render_in_batches
+from avs.selection.contract import Method, Resources, Settings, State
 
 Floats = npt.NDArray[np.float64]
 
@@ -36,8 +37,8 @@ class GaussMiSelector:
         """Keep the settings; no resources are needed."""
         self._settings = settings
 
-    def select(self, state: State, k: int) -> Selection:
-        """Return the ``k`` candidates of the largest sum.
+    def score(self, state: State) -> Floats:
+        """Return the sum for each candidate, ``[n]``.
 
         Raises:
             UserError: the representation does not blend primitives.
@@ -50,7 +51,7 @@ class GaussMiSelector:
             camera = state.candidates[row]
             seen = (gains * direction_weights(blending.centres, camera, axes)).sum(axis=1)
             scores[row] = blending.blended_values(camera, seen.astype(np.float32)).sum(dtype=np.float64)
-        return Selection(choose(scores, k, higher_is_worse=True), scores)
+        return scores
 
 
 def reliability(
@@ -63,7 +64,7 @@ def reliability(
     and probabilities in 1e-4..0.9999.
     """
     losses: dict[int, npt.NDArray[np.float32]] = {}
-    for rows, rendering, _ in render_in_batches(renderer, captured.cameras, 8):
+    for rows, rendering in render_in_batches(renderer, captured.cameras, 8):
         for row, rgb in zip(rows.tolist(), rendering.rgb, strict=True):
             losses[row] = np.abs(rgb - captured.images[row] / np.float32(255)).mean(axis=2)
     log_odds = np.zeros((len(blending.centres), 4))
@@ -115,7 +116,7 @@ METHODS = {
             "part, as there is no depth sensor, and no image mask; the four directions lie across the cameras' mean "
             "upright instead of across z; the robot's cost of motion is left out."
         ),
-        higher_is_worse=True,
+        chooses="highest",
         build=GaussMiSelector,
         settings=GaussMiSettings,
     )

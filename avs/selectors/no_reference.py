@@ -16,7 +16,8 @@ from pydantic import Field, PositiveInt
 from avs.iqa.no_reference.niqe_settings import FitSettings, PatchSettings
 from avs.iqa.resizing import ResizeSettings
 from avs.representations.base import FloatImages
-from avs.selection.contract import Method, Resources, Selection, Settings, State, choose, render_candidates
+from avs.selection.batched_rendering import render_candidates
+from avs.selection.contract import Method, Resources, Settings, State
 from avs.system.errors import UserError
 
 if TYPE_CHECKING:
@@ -127,16 +128,14 @@ class NoReferenceSelector:
         self._device = resources.device
         self._score = score
 
-    def select(self, state: State, k: int) -> Selection:
-        """Return the ``k`` candidates of the worst quality; of the representation only ``render`` is used."""
+    def score(self, state: State) -> npt.NDArray[np.float64]:
+        """Return the metric of each candidate's rendering, ``[n]``; of the representation only ``render`` is used."""
         scores = np.empty(len(state.candidates))
-        render_seconds = 0.0
-        for rows, renderings, seconds in render_candidates(state, self._settings.batch):
-            render_seconds += seconds
-            scores[rows] = self.score(renderings)
-        return Selection(choose(scores, k, self._metric.lower_better), scores, render_seconds)
+        for rows, renderings in render_candidates(state, self._settings.batch):
+            scores[rows] = self.quality(renderings)
+        return scores
 
-    def score(self, images: FloatImages) -> npt.NDArray[np.float64]:
+    def quality(self, images: FloatImages) -> npt.NDArray[np.float64]:
         """Return ``[n]`` scores of ``[n, height, width, 3]`` images in 0..1.
 
         Raises:
@@ -189,7 +188,7 @@ METHODS = {
             f"{metric.publication}, as pyiqa computes it, on the rendering resized as the settings say."
             + ("" if metric.nothing is None else f" A rendering with nothing to measure gets {metric.nothing:g}.")
         ),
-        higher_is_worse=metric.lower_better,
+        chooses="highest" if metric.lower_better else "lowest",
         build=functools.partial(NoReferenceSelector, metric),
         settings=NoReferenceSettings,
         pretrained=() if metric.weights is None else (metric.weights,),

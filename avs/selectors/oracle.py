@@ -9,8 +9,8 @@ import numpy as np
 from pydantic import Field, PositiveInt
 
 from avs.representations.capabilities import Copyable, capability
-from avs.selection.contract import ORACLE, Method, Resources, Selection, Settings, State, choose
-from avs.selection.truth import ImageMetric, gains, hidden, sample, true_metrics
+from avs.selection.contract import ORACLE, Method, Resources, Selection, Settings, State
+from avs.selection.truth import FloatArray, ImageMetric, gains, hidden, sample, true_metrics
 
 
 class ImageOracle:
@@ -20,10 +20,9 @@ class ImageOracle:
         """Keep the metric; there is nothing to set."""
         self._metric: ImageMetric = metric
 
-    def select(self, state: State, k: int) -> Selection:
-        """Return the ``k`` candidates of the lowest true metric, which is the score."""
-        (scores,), render_seconds = true_metrics(state, [self._metric])
-        return Selection(choose(scores, k, higher_is_worse=False), scores, render_seconds)
+    def score(self, state: State) -> FloatArray:
+        """Return the true metric of each candidate's rendering, ``[n]``."""
+        return np.asarray(true_metrics(state, [self._metric])[0])
 
 
 class GainSettings(Settings):
@@ -64,7 +63,7 @@ class GainOracle:
             )
             if not chosen:
                 scores[left], scored[left] = found, True
-            chosen.append(int(left[choose(found, 1, higher_is_worse=True)[0]]))
+            chosen.append(int(left[np.argmax(found)]))
             captured = captured.extended(truth.candidates[chosen[-1:]])
         return Selection(np.array(chosen, dtype=np.int64), scores, scored=scored)
 
@@ -77,7 +76,7 @@ def _image_oracle(metric: ImageMetric, name: str) -> Method:
             f"The paper's hypothesis itself (section 3, Algorithm 1): the view of the lowest {name}, here the true one "
             "against the hidden photograph instead of a prediction."
         ),
-        higher_is_worse=False,
+        chooses="lowest",
         build=partial(ImageOracle, metric),
         oracle=True,
     )
@@ -94,7 +93,7 @@ METHODS = {
             "a random sample, and the one after which the test images are best is taken. Greedy over a short fit, not "
             "optimal over the whole episode."
         ),
-        higher_is_worse=True,
+        chooses="highest",
         build=GainOracle,
         settings=GainSettings,
         oracle=True,

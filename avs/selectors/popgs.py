@@ -58,7 +58,7 @@ METHODS = {
             "the prior information that the text speaks of, where equation 14 adds it to the covariance; the variant "
             "with a block for each Gaussian is not here."
         ),
-        higher_is_worse=True,
+        chooses="highest",
         build=_build,
         settings=PopGsSettings,
     )

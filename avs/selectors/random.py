@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 from pydantic import Field
 
-from avs.selection.contract import Method, Resources, Selection, Settings, State, choose
+from avs.selection.contract import Method, Resources, Settings, State
 
 
 class RandomSettings(Settings):
@@ -25,15 +26,14 @@ class RandomSelector:
         self._reshuffle = settings.reshuffle
         self._state: dict[str, object] | None = None
 
-    def select(self, state: State, k: int) -> Selection:
-        """Return the ``k`` candidates of the smallest random numbers."""
+    def score(self, state: State) -> npt.NDArray[np.float64]:
+        """Return a random number in 0..1 for each candidate, ``[n]``."""
         generator = state.rng
         if self._reshuffle:
             self._state = self._state or dict(generator.bit_generator.state)
             generator = np.random.default_rng()
             generator.bit_generator.state = self._state
-        scores = generator.random(len(state.candidates))
-        return Selection(choose(scores, k, higher_is_worse=False), scores)
+        return generator.random(len(state.candidates))
 
 
 METHODS = {
@@ -44,7 +44,7 @@ METHODS = {
             "Uniform choice. FisherRF's RandSelector (commit b747328) seeds its generator anew at each call, so its "
             "draws repeat; here they do not, unless reshuffle is set."
         ),
-        higher_is_worse=False,
+        chooses="lowest",
         build=RandomSelector,
         settings=RandomSettings,
     )

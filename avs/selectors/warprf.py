@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from avs.representations.base import FloatImages
-from avs.selection.contract import Method, Resources, Selection, Settings, State, choose, render_in_batches
+from avs.selection.batched_rendering import render_in_batches
+from avs.selection.contract import Method, Resources, Settings, State
 
 BATCH = 8
 """Views rendered at once, which bounds the memory."""
@@ -18,8 +20,8 @@ class WarpRfSelector:
         """Compare on the device of ``resources``."""
         self._device = resources.device
 
-    def select(self, state: State, k: int) -> Selection:
-        """Return the ``k`` candidates of the largest sum; of the representation only ``render`` is used."""
+    def score(self, state: State) -> npt.NDArray[np.float64]:
+        """Return the sum for each candidate, ``[n]``; of the representation only ``render`` is used."""
         import torch
 
         from avs.scene.warping import warped
@@ -27,13 +29,11 @@ class WarpRfSelector:
         def images(array: FloatImages) -> torch.Tensor:
             return torch.from_numpy(array).to(self._device).permute(0, 3, 1, 2).contiguous()
 
-        cameras, render_seconds, captured = state.captured.cameras, 0.0, dict[int, torch.Tensor]()
-        for rows, rendering, seconds in render_in_batches(state.representation, cameras, BATCH):
-            render_seconds += seconds
+        cameras, captured = state.captured.cameras, dict[int, torch.Tensor]()
+        for rows, rendering in render_in_batches(state.representation, cameras, BATCH):
             captured |= dict(zip(rows.tolist(), images(rendering.rgb), strict=True))
         scores = np.empty(len(state.candidates))
-        for rows, rendering, seconds in render_in_batches(state.representation, state.candidates, BATCH):
-            render_seconds += seconds
+        for rows, rendering in render_in_batches(state.representation, state.candidates, BATCH):
             # blended, not expected depth: the published code does not divide by the opacity
             depths = torch.from_numpy(rendering.depth * rendering.alpha).to(self._device)
             for row, seen, depth in zip(rows, images(rendering.rgb), depths, strict=True):
@@ -42,7 +42,7 @@ class WarpRfSelector:
                     difference = warped(image, cameras[view], depth, state.candidates[row]).sub_(seen).abs_()
                     torch.minimum(least, difference.sum(dim=0), out=least)
                 scores[row] = float(least.sum(dtype=torch.float64))
-        return Selection(choose(scores, k, higher_is_worse=True), scores, render_seconds)
+        return scores
 
 
 METHODS = {
@@ -54,7 +54,7 @@ METHODS = {
             "edge colours for points that project outside a captured view, no test of occlusion. It uses renderings "
             "and their depth only, hence its group; no deviation but the reconstruction's own."
         ),
-        higher_is_worse=True,
+        chooses="highest",
         build=WarpRfSelector,
     )
 }

@@ -86,12 +86,15 @@ def measure(cameras, representation, side, count, repeats):
     candidates, captured = scaled[np.arange(count)], scaled[np.arange(count, count + REFERENCES)]
     photographs = representation.render(captured).rgb
     renderings = representation.render(candidates).rgb
-    views = Views(captured, tuple((255 * photographs.clip(0, 1)).astype(np.uint8)))
+    names = tuple(f"{row}.png" for row in range(len(candidates)))
+    pixels = tuple((255 * photographs.clip(0, 1)).astype(np.uint8))
+    views = Views(captured, pixels, names[: len(captured)])
     method = registry.find("fisherrf").method
     fisher = method.build(method.settings(), Resources())
 
     def select(number):
-        fisher.select(State(representation, views, candidates[np.arange(number)], np.random.default_rng(0), 0), 1)
+        rng = np.random.default_rng(0)
+        fisher.select(State(representation, views, candidates[np.arange(number)], names[:number], rng, 0), 1)
 
     works = {
         ("render", "candidates"): lambda: representation.render(candidates),

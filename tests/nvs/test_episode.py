@@ -5,10 +5,11 @@ import pytest
 from factories import MeanColor, small_scene
 
 from avs.nvs.evaluation import Evaluator
-from avs.nvs.loop import Identity, Plan, capped_budget, run
-from avs.nvs.protocol import ProtocolSettings
+from avs.nvs.loop import Identity, Plan, run
+from avs.nvs.protocol import ProtocolSettings, protocol_of_method
+from avs.nvs.schedule import capped_budget
 from avs.scene.sampling import initial_views
-from avs.selection.contract import Selection
+from avs.selection.contract import Batches, Method, Selection
 from avs.system.errors import UserError
 
 PROTOCOL = ProtocolSettings(initial_views=4, budget=7, additions=(10, 25, 45), iterations=100)
@@ -26,11 +27,13 @@ class Last:
         return Selection(np.arange(n - k, n)[::-1].copy(), np.arange(n, dtype=float))
 
 
-def plan(scene, selector, protocol=PROTOCOL, build=None, lines=None):
-    identity = Identity("last", "Last", "2D-based", True, 0, {}, {})
+def plan(scene, selector, protocol=PROTOCOL, build=None, lines=None, chooses="highest"):
+    identity = Identity("last", 0, {}, {})
+    method = Method("Last", "2D-based", "A test.", chooses, lambda settings, resources: selector)
     build = build or (lambda captured: MeanColor())
     evaluate = Evaluator(scene, protocol.lpips)
-    return Plan(scene, protocol, identity, selector, build, evaluate, (lines if lines is not None else []).append)
+    progress = (lines if lines is not None else []).append
+    return Plan(scene, protocol, identity, method, selector, build, evaluate, progress)
 
 
 @pytest.fixture(scope="module")
@@ -126,6 +129,8 @@ def test_the_record_is_the_same_for_the_same_seed(scene):
         (Selection(np.array([99]), np.zeros(31)), "indices"),
         (Selection(np.array([0]), np.zeros(3)), "scores"),
         (Selection(np.array([0]), np.full(31, np.nan)), "scores"),
+        (Selection(np.array([4]), np.ones(31), np.arange(31) < 4), "did not score"),
+        (Selection(np.array([1]), np.ones(31)), "first, whose score is 1: the highest is 1, of candidate 0"),
     ],
 )
 def test_a_broken_selection_is_refused(scene, selection, fault):
@@ -135,6 +140,53 @@ def test_a_broken_selection_is_refused(scene, selection, fault):
 
     with pytest.raises(ValueError, match=fault):
         run(plan(scene, Broken()))
+
+
+@pytest.mark.parametrize("scores", [np.zeros(3), np.full(31, np.nan), np.zeros((31, 1))])
+def test_broken_scores_are_refused(scene, scores):
+    class Broken:
+        def score(self, state):
+            return scores
+
+    with pytest.raises(ValueError, match="Last returned scores that are not 31 finite numbers"):
+        run(plan(scene, Broken()))
+
+
+def test_a_choice_against_the_declared_direction_is_refused(scene):
+    with pytest.raises(
+        ValueError, match="Last chose candidate 30 first, whose score is 30: the lowest is 0, of candid"
+    ):
+        run(plan(scene, Last(), chooses="lowest"))
+
+
+@pytest.mark.parametrize(("chooses", "place"), [("lowest", 0), ("highest", -1)])
+def test_scores_are_enough_and_the_loop_takes_the_direction_from_the_metadata(scene, chooses, place):
+    class Scores:
+        def score(self, state):
+            return np.arange(len(state.candidates))
+
+    episode, _, _ = run(plan(scene, Scores(), chooses=chooses))
+    assert [step.chosen for step in episode.steps] == [[step.candidates[place]] for step in episode.steps]
+    assert episode.chooses == chooses
+
+
+def test_rendering_is_timed_without_the_method(scene):
+    class Renders:
+        def score(self, state):
+            return state.representation.render(state.candidates).rgb.mean(axis=(1, 2, 3))
+
+    _, meta, _ = run(plan(scene, Renders()))
+    assert all(0 < times.render_seconds < times.total_seconds for times in meta.steps)
+
+
+def test_a_method_brings_its_batches_and_the_configuration_has_the_last_word():
+    batches = Batches(views_per_step=4, additions=(1200, 3600, 7200, 12000))
+    own = protocol_of_method(ProtocolSettings(), batches, {})
+    assert (own.views_per_step, own.additions) == (4, (1200, 3600, 7200, 12000))
+    common = ProtocolSettings(iterations=1500, additions=tuple(range(10, 170, 10)))
+    assert protocol_of_method(common, batches, {}).additions == (60, 180, 360, 600)
+    assert protocol_of_method(common, batches, {"additions": (5, 6, 7, 8)}).additions == (5, 6, 7, 8)
+    assert protocol_of_method(common, None, {}) == common
 
 
 def test_a_small_pool_caps_the_budget_and_says_so():

@@ -7,12 +7,9 @@ import pytest
 from factories import MeanColor, small_scene
 
 from avs.nvs.program import read_views
-from avs.nvs.protocol import ProtocolSettings
 from avs.scene.sampling import initial_views
 from avs.selection.contract import State
 from avs.system.errors import UserError
-
-PROTOCOL = ProtocolSettings(initial_views=3, budget=6, additions=(2, 3, 4), iterations=20)
 
 
 @pytest.fixture
@@ -27,7 +24,7 @@ def listed(scene, tmp_path):
     def write(views, **changes):
         path = tmp_path / "views.json"
         path.write_text(json.dumps({"label": "Theirs", "views": views} | changes))
-        return read_views(path, scene, PROTOCOL)
+        return read_views(path, initial(scene))
 
     return write
 
@@ -36,9 +33,9 @@ def state_of(scene, captured, step=0):
     names = [name for name in scene.names if name not in captured]
     candidates = np.array([i for i in scene.pool if scene.names[i] in names])
     rows = [scene.names.index(name) for name in captured]
-    return State(MeanColor(), scene.views(rows), scene.cameras[candidates], np.random.default_rng(0), step), [
-        scene.names[i] for i in candidates
-    ]
+    left = tuple(scene.names[i] for i in candidates)
+    rng = np.random.default_rng(0)
+    return State(MeanColor(), scene.views(rows), scene.cameras[candidates], left, rng, step), left
 
 
 def initial(scene):

@@ -11,7 +11,8 @@ from avs.nvs.timing_settings import RuntimeSettings, StateSettings, TimingSettin
 from avs.representations.gaussians.gaussian_settings import Densification, GaussianSettings, InitialPoints
 from avs.scene.sampling import initial_views
 from avs.selection import registry
-from avs.selection.contract import Method, Selection, Settings, choose
+from avs.selection.choice import choose
+from avs.selection.contract import Method, Selection
 from avs.selection.registry import Registered
 from avs.system.errors import UserError
 from avs.system.records import read_record
@@ -33,7 +34,7 @@ class Spy:
     def select(self, state, k):
         self.states.append(state)
         scores = np.arange(len(state.candidates), dtype=np.float64)
-        return Selection(choose(scores, k, higher_is_worse=False), scores)
+        return Selection(choose(scores, k, "lowest"), scores)
 
 
 class PreparingSpy(Spy):
@@ -53,7 +54,7 @@ def timed(scene, tmp_path, monkeypatch):
 
     def run(spy=None, views_per_step=1, oracle=False, **runtime):
         spy = spy or Spy()
-        method = Method("Spy", "2D-based", "A test.", False, lambda settings, resources: spy, Settings, oracle=oracle)
+        method = Method("Spy", "2D-based", "A test.", "lowest", lambda settings, resources: spy, oracle=oracle)
         monkeypatch.setattr(registry, "methods", lambda: {"spy": Registered(method, "spy")})
         shared = SHARED | {"runtime": RuntimeSettings(**({"views": 5, "repeats": 2} | runtime))}
         write_state(scene, StateSettings(**shared), tmp_path / "state.safetensors")
@@ -103,7 +104,7 @@ def test_a_method_that_prepares_the_reconstruction_has_a_fit_of_its_own(timed):
     spy, record = timed(spy=PreparingSpy())
     assert spy.prepared == [0]
     assert record.own_fit
-    assert record.iteration == spy.states[0].representation.iteration == 4
+    assert record.iteration == spy.states[0].representation.inner.iteration == 4
 
 
 def test_oracles_are_shown_the_hidden_photographs(timed):

@@ -1,11 +1,11 @@
 """The rasteriser against its slow twin: images, gradients, edges, options."""
 
 import pytest
-import reference_renderer as reference
 import torch
 from tolerances import RASTER_GRADIENT, RASTER_GRADIENT_SATURATED, RASTER_IMAGE
 
 from avs.rasterizer.rasterization import rasterization
+from tests.rasterizer import reference_renderer as reference
 
 WIDTH, HEIGHT, CAMERAS = 45, 37, 2
 NAMES = ("means", "quats", "scales", "opacities", "colors", "viewmats", "backgrounds")

@@ -1,12 +1,12 @@
 """The diagonal Fisher information against the full per-pixel Jacobian of the slow twin."""
 
 import pytest
-import reference_renderer as reference
 import torch
 from test_rasterization import cameras, gaussians
 from tolerances import FISHER_DIAGONAL
 
 from avs.rasterizer.fisher_diagonal import fisher_diagonal
+from tests.rasterizer import reference_renderer as reference
 
 WIDTH, HEIGHT = 20, 15
 

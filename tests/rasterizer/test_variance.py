@@ -3,7 +3,6 @@
 import gsplat
 import numpy as np
 import pytest
-import reference_renderer as reference
 import torch
 from test_rasterization import CAMERAS, HEIGHT, WIDTH, cameras, gaussians, leaves
 from tolerances import RASTER_GRADIENT, RASTER_IMAGE, VARIANCE_REDUCTION
@@ -14,6 +13,7 @@ from avs.representations.gaussians import variance_gsplat
 from avs.representations.gaussians.variance import PLAIN, rasterization_with_variance, variance_reductions
 from avs.representations.learned_variance import VarianceReduction
 from avs.scene.cameras import Cameras
+from tests.rasterizer import reference_renderer as reference
 
 NAMES = ("means", "quats", "scales", "opacities", "colors", "variances")
 DEGREE = 1

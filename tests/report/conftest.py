@@ -45,7 +45,7 @@ def make_episode(method, scene="attic", seed=0, psnr=(20.0, 22.0), ssim=0.6, lpi
         "method": method,
         "label": LABELS.get(method, method),
         "group": GROUPS.get(method, "2D-based"),
-        "higher_is_worse": True,
+        "chooses": "highest",
         "seed": seed,
         "protocol": protocol,
         "representation": {"sh_degree": 3},

@@ -44,7 +44,7 @@ ORDERED, ONE, TWO = [1.0, 2.0, 3.0, 4.0], [2.0, 1.0, 3.0, 4.0], [2.0, 1.0, 4.0, 
 
 def test_values_by_hand(episode, table):
     episodes = [
-        episode("fisherrf", scene, seed, higher_is_worse=False, steps=[step(first, ORDERED), step(second, ORDERED)])
+        episode("fisherrf", scene, seed, chooses="lowest", steps=[step(first, ORDERED), step(second, ORDERED)])
         for scene, seed, first, second in [
             ("attic", 0, ORDERED, ONE),  # mean rho 0.9
             ("cellar", 0, ONE, TWO),  # 0.7
@@ -66,7 +66,7 @@ def test_values_by_hand(episode, table):
 
 def test_with_one_seed_the_spread_is_over_scenes(episode, table):
     episodes = [
-        episode("random", scene, higher_is_worse=False, steps=[step(scores, ORDERED)])
+        episode("random", scene, chooses="lowest", steps=[step(scores, ORDERED)])
         for scene, scores in (("attic", ORDERED), ("cellar", TWO))
     ]
     rows, markdown, _ = table(episodes)
@@ -80,13 +80,19 @@ def test_with_one_seed_the_spread_is_over_scenes(episode, table):
 
 
 @pytest.mark.parametrize(
-    ("higher_is_worse", "target", "value"),
-    [(False, "ssim", 1.0), (True, "ssim", -1.0), (False, "psnr", 1.0), (False, "gain", -1.0), (True, "gain", 1.0)],
+    ("chooses", "target", "value"),
+    [
+        ("lowest", "ssim", 1.0),
+        ("highest", "ssim", -1.0),
+        ("lowest", "psnr", 1.0),
+        ("lowest", "gain", -1.0),
+        ("highest", "gain", 1.0),
+    ],
 )
-def test_one_is_the_order_of_the_truth(episode, table, higher_is_worse, target, value):
+def test_one_is_the_order_of_the_truth(episode, table, chooses, target, value):
     """The lowest score of a quality method should meet the lowest SSIM; the largest information the largest gain."""
     steps = [step(ORDERED, ssim=[0.1, 0.2, 0.3, 0.9], psnr=[9.0, 10.0, 11.0, 20.0], gain=[-1.0, 0.0, 0.5, 2.0])]
-    rows, markdown, latex = table([episode("random", higher_is_worse=higher_is_worse, steps=steps)])
+    rows, markdown, latex = table([episode("random", chooses=chooses, steps=steps)])
     assert float(rows["random", target, "spearman"]["mean"]) == value
     assert float(rows["random", target, "kendall"]["mean"]) == value
     # What ranks by quality ranks against the gain here, so that both signs occur.
@@ -96,17 +102,17 @@ def test_one_is_the_order_of_the_truth(episode, table, higher_is_worse, target, 
 
 def test_only_candidates_with_score_and_truth_count():
     scores, gain = [4.0, None, 2.0, 3.0, 9.0], [0.1, 0.2, None, 0.4, 0.5]
-    first, second = oriented(step(scores, gain=gain), True, "gain")
+    first, second = oriented(step(scores, gain=gain), "highest", "gain")
     assert first.tolist() == [4.0, 3.0, 9.0]
     assert second.tolist() == [0.1, 0.4, 0.5]
     assert oriented(step(None, ORDERED), True, "ssim") is None
     assert oriented(step(ORDERED), True, "ssim") is None
-    assert oriented(step(ORDERED, ORDERED), True, "gain") is None
+    assert oriented(step(ORDERED, ORDERED), "highest", "gain") is None
 
 
 def test_selections_without_order_are_left_out_and_counted(episode, table):
     steps = [step([1.0, 1.0, 1.0, 1.0], ORDERED), step(ONE, ORDERED), step([1.0, 2.0], [1.0, 2.0])]
-    rows, markdown, _ = table([episode("random", higher_is_worse=False, steps=steps)], ["random"])
+    rows, markdown, _ = table([episode("random", chooses="lowest", steps=steps)], ["random"])
     row = rows["random", "ssim", "spearman"]
     assert (row["mean"], row["steps"]) == ("0.8000", "1")
     assert (
@@ -145,8 +151,8 @@ def test_methods_without_episodes_keep_their_row(episode, table):
 
 
 def test_oracles_stand_last_and_are_not_ranked(episode, table):
-    oracle = episode("oracle-ssim", group=ORACLE, higher_is_worse=False, steps=[step(ORDERED, ORDERED)])
-    other = episode("random", higher_is_worse=False, steps=[step(TWO, ORDERED)])
+    oracle = episode("oracle-ssim", group=ORACLE, chooses="lowest", steps=[step(ORDERED, ORDERED)])
+    other = episode("random", chooses="lowest", steps=[step(TWO, ORDERED)])
     _, markdown, _ = table([oracle, other], ["oracle-ssim", "random"])
     assert "| Oracle | oracle-ssim | 1.00 | 1.00 |" in markdown
     assert "**0.60**" in markdown

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 import torch
+from factories import named_views
 
 from avs.representations.gaussians.gaussian_settings import Densification, GaussianSettings, InitialPoints
 from avs.representations.gaussians.initialization import PointCloud
 from avs.representations.gaussians.splats import GaussianSplats, build
 from avs.scene.cameras import Cameras
-from avs.scene.views import Views
 from avs.system.errors import UserError
 from tests.factories import ring, small_scene
 
@@ -29,7 +29,7 @@ def splats(settings=SETTINGS, seed=1, noise=0.1):
 def views():
     opaque = GaussianSettings(sh_degree=0, points=InitialPoints(opacity=0.9))
     truth = GaussianSplats(CLOUD, 1.0, opaque, np.random.default_rng(0), "cpu").render(CAMERAS)
-    return Views(CAMERAS, tuple(np.round(image * 255).astype(np.uint8) for image in truth.rgb))
+    return named_views(CAMERAS, tuple(np.round(image * 255).astype(np.uint8) for image in truth.rgb))
 
 
 def psnr(representation, views):
@@ -118,7 +118,7 @@ def test_new_views_enter_at_once(views):
     representation = splats()
     original = representation._step
     representation._step = lambda target, camera: (seen.append(float(camera.centers[0, 0])), original(target, camera))
-    four = Views(views.cameras[:4], views.images[:4])
+    four = named_views(views.cameras[:4], views.images[:4])
     representation.fit(four, 6)
     assert set(seen[:4]) == set(views.cameras.centers[:4, 0])
     representation.fit(views, 6)
@@ -128,7 +128,7 @@ def test_new_views_enter_at_once(views):
 def test_views_of_mixed_sizes(views):
     small = ring(6, size=(20, 30))[:2]
     images = tuple(np.full((30, 20, 3), 128, dtype=np.uint8) for _ in range(2))
-    mixed = views.extended(Views(small, images))
+    mixed = views.extended(named_views(small, images))
     representation = splats()
     representation.fit(mixed, 10)
     assert representation.iteration == 10

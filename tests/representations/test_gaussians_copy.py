@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 import torch
-from factories import ring
+from factories import named_views, ring
 
 from avs.representations.capabilities import Copyable
 from avs.representations.gaussians.gaussian_settings import Densification, GaussianSettings, InitialPoints
 from avs.representations.gaussians.initialization import PointCloud
 from avs.representations.gaussians.splats import GaussianSplats
-from avs.scene.views import Views
 from avs.selection import registry
 from avs.selection.contract import Resources
 
@@ -24,7 +23,7 @@ def fitted(request):
     cameras = ring(5, size=(32, 24))
     cloud = PointCloud(rng.normal(size=(40, 3)) * 0.7, rng.random((40, 3)))
     scene = GaussianSplats(cloud, 1.0, GaussianSettings(points=InitialPoints(opacity=0.9)), rng, "cpu")
-    views = Views(cameras, tuple(np.round(image * 255).astype(np.uint8) for image in scene.render(cameras).rgb))
+    views = named_views(cameras, tuple(np.round(image * 255).astype(np.uint8) for image in scene.render(cameras).rgb))
     splats = GaussianSplats(cloud, 1.0, SETTINGS, rng, "cpu")
     if request.param == "extended":
         method = registry.find("activenerf").method

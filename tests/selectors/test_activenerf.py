@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from factories import MeanColor, ring, small_scene
+from factories import MeanColor, named_views, ring, selected, small_scene, state_of
 
 from avs.nvs.episode_settings import EpisodeSettings
 from avs.nvs.evaluation import Evaluator
@@ -13,8 +13,7 @@ from avs.nvs.record import Episode
 from avs.representations.gaussians.gaussian_settings import GaussianSettings, InitialPoints
 from avs.representations.gaussians.splats import build
 from avs.representations.learned_variance import VarianceReduction
-from avs.scene.views import Views
-from avs.selection.contract import PreparesRepresentation, Resources, State
+from avs.selection.contract import PreparesRepresentation, Resources
 from avs.selection.registry import create_settings, find
 from avs.selectors.activenerf import ActiveNerfSelector, ActiveNerfSettings
 from avs.system.errors import UserError
@@ -43,8 +42,8 @@ class Varied:
 
 def select(representation, k=1, candidates=CAMERAS[3:], **settings):
     images = tuple(np.zeros((16, 24, 3), np.uint8) for _ in range(3))
-    state = State(representation, Views(CAMERAS[:3], images), candidates, np.random.default_rng(0), 0)
-    return ActiveNerfSelector(ActiveNerfSettings(**settings), Resources()).select(state, k)
+    state = state_of(representation, named_views(CAMERAS[:3], images), candidates, np.random.default_rng(0), 0)
+    return selected("activenerf", ActiveNerfSelector(ActiveNerfSettings(**settings), Resources()), state, k)
 
 
 def test_the_largest_reductions_are_chosen_and_ties_go_to_the_lowest_index():
@@ -96,7 +95,8 @@ def episode(scene, values=None, refit="continue", views_per_step=1):
     plan = Plan(
         scene=scene,
         protocol=protocol,
-        identity=Identity("activenerf", method.label, method.group, method.higher_is_worse, 0, {}, {}),
+        identity=Identity("activenerf", 0, {}, {}),
+        method=method,
         selector=method.build(create_settings("activenerf", values or {}), Resources()),
         build=lambda captured: build(scene, captured, settings, 0, "cpu"),
         evaluate=Evaluator(scene, protocol.lpips),

@@ -5,15 +5,15 @@ import dataclasses
 import numpy as np
 import pytest
 import torch
-from factories import OnlyRenders, ring
+from factories import OnlyRenders, named_views, ring, selected, state_of
 
 from avs.iqa.cross_reference.network import build_network
 from avs.iqa.cross_reference.published_weights import published_weights
 from avs.iqa.cross_reference.scorer_checkpoint import save_network
 from avs.iqa.cross_reference.scorer_settings import DINOv2Settings, ReferenceSettings, RepViTSettings, ScorerSettings
-from avs.representations.base import Rendering, Views
+from avs.representations.base import Rendering
 from avs.selection import registry
-from avs.selection.contract import Resources, State
+from avs.selection.contract import Resources
 from avs.selectors.cross_reference import CrossReferenceSelector, CrossReferenceSettings
 from avs.system.errors import UserError
 from avs.system.weights.cache import VARIABLE
@@ -56,8 +56,8 @@ def make_state(captured=6, greys=(0.5, 0.2, 0.9, 0.2, 0.7), sizes=None, seed=0):
         candidates = dataclasses.replace(candidates, sizes=np.array(sizes, dtype=np.int64))
     images = tuple(np.full((16, 24, 3), 10 + i, np.uint8) for i in range(captured))
     known = {tuple(center.round(6)): grey for center, grey in zip(candidates.centers, greys, strict=True)}
-    views = Views(cameras[:captured], images)
-    return State(OnlyRenders(Heights(known)), views, candidates, np.random.default_rng(seed), 0)
+    views = named_views(cameras[:captured], images)
+    return state_of(OnlyRenders(Heights(known)), views, candidates, np.random.default_rng(seed), 0)
 
 
 def make_selector(scorer, **settings):
@@ -66,15 +66,14 @@ def make_selector(scorer, **settings):
 
 @pytest.mark.parametrize("batch", [1, 2, 8])
 def test_lowest_scores_are_chosen_and_ties_go_to_the_first(batch):
-    selection = make_selector(Brightness(), batch=batch).select(make_state(), 3)
+    selection = selected("ours-repvit", make_selector(Brightness(), batch=batch), make_state(), 3)
     assert selection.indices.tolist() == [1, 3, 0]
     np.testing.assert_allclose(selection.scores, [0.5, 0.2, 0.9, 0.2, 0.7], rtol=1e-6)
-    assert selection.render_seconds > 0
 
 
 def test_candidates_of_several_sizes_keep_their_order():
     sizes = [(24, 16), (16, 24), (24, 16), (16, 24), (8, 8)]
-    selection = make_selector(Brightness(), batch=2).select(make_state(sizes=sizes), 5)
+    selection = selected("ours-repvit", make_selector(Brightness(), batch=2), make_state(sizes=sizes), 5)
     np.testing.assert_allclose(selection.scores, [0.5, 0.2, 0.9, 0.2, 0.7], rtol=1e-6)
 
 
@@ -82,11 +81,11 @@ def test_a_captured_photograph_is_encoded_once_in_an_episode():
     scorer = Brightness()
     selector = make_selector(scorer)
     for captured in (4, 5, 6):
-        selector.select(make_state(captured), 1)
+        selected("ours-repvit", selector, make_state(captured), 1)
     assert scorer.encoded == [10, 11, 12, 13, 14, 15]
-    selector.select(make_state(4), 1)  # another episode, which begins with views that are known
+    selected("ours-repvit", selector, make_state(4), 1)  # another episode, which begins with views that are known
     assert len(scorer.encoded) == 6
-    selector.select(make_state(5), 1)  # the fifth view has been forgotten in between
+    selected("ours-repvit", selector, make_state(5), 1)  # the fifth view has been forgotten in between
     assert scorer.encoded[6:] == [14]
 
 
@@ -94,7 +93,7 @@ def test_random_references_are_drawn_for_each_candidate_and_repeat_with_the_seed
     draws = []
     for seed in (0, 0, 1):
         scorer = Brightness()
-        make_selector(scorer).select(make_state(8, seed=seed), 1)
+        selected("ours-repvit", make_selector(scorer), make_state(8, seed=seed), 1)
         draws.append(scorer.references)
         assert all(len(set(some)) == 5 for some in scorer.references)
     assert draws[0] == draws[1] != draws[2]
@@ -104,7 +103,7 @@ def test_random_references_are_drawn_for_each_candidate_and_repeat_with_the_seed
 def test_nearest_references_are_the_nearest_camera_centres():
     scorer = Brightness()
     state = make_state(8)
-    make_selector(scorer, references=ReferenceSettings(count=3, choice="nearest")).select(state, 1)
+    selected("ours-repvit", make_selector(scorer, references=ReferenceSettings(count=3, choice="nearest")), state, 1)
     for center, some in zip(state.candidates.centers, scorer.references, strict=True):
         distances = np.linalg.norm(state.captured.cameras.centers - center, axis=1)
         expected = sorted(range(8), key=lambda i: (distances[i], i))[:3]
@@ -114,7 +113,7 @@ def test_nearest_references_are_the_nearest_camera_centres():
 @pytest.mark.parametrize(("pad", "numbers"), [("none", 3), ("black", 5)])
 def test_missing_references_are_left_out_or_black(pad, numbers):
     scorer = Brightness()
-    make_selector(scorer, references=ReferenceSettings(pad=pad)).select(make_state(3), 1)
+    selected("ours-repvit", make_selector(scorer, references=ReferenceSettings(pad=pad)), make_state(3), 1)
     for some in scorer.references:
         assert len(some) == numbers
         assert sorted(some)[-3:] == [10, 11, 12]
@@ -124,7 +123,7 @@ def test_missing_references_are_left_out_or_black(pad, numbers):
 @pytest.mark.parametrize(("identifier", "scorer"), [("ours-repvit", "repvit"), ("ours-dinov2", "dinov2")])
 def test_method_needs_weights(identifier, scorer):
     method = registry.find(identifier).method
-    assert not method.higher_is_worse
+    assert method.chooses == "lowest"
     assert method.scorer == scorer
     with pytest.raises(UserError, match=f"needs the weights of the scorer {scorer}"):
         method.selector(method.settings(), Resources())

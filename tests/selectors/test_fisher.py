@@ -4,12 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from factories import MeanColor, ring
+from factories import MeanColor, named_views, ring, selected, state_of
 from tolerances import INFORMATION_SUMS
 
 from avs.representations.capabilities import FisherInformation
-from avs.scene.views import Views
-from avs.selection.contract import Resources, State
+from avs.selection.contract import Resources
 from avs.selection.registry import create_settings, find
 from avs.system.errors import UserError
 
@@ -49,8 +48,10 @@ class Informed:
 def select(representation, method="fisherrf", k=1, count=CANDIDATES, seed=0, **settings):
     images = tuple(np.zeros((16, 24, 3), np.uint8) for _ in range(CAPTURED))
     candidates = CAMERAS[CAPTURED : CAPTURED + count]
-    state = State(representation, Views(CAMERAS[:CAPTURED], images), candidates, np.random.default_rng(seed), 0)
-    return find(method).method.build(create_settings(method, settings), Resources()).select(state, k)
+    state = state_of(
+        representation, named_views(CAMERAS[:CAPTURED], images), candidates, np.random.default_rng(seed), 0
+    )
+    return selected(method, find(method).method.build(create_settings(method, settings), Resources()), state, k)
 
 
 def term(criterion, candidate, captured, regularisation):

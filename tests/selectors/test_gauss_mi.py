@@ -4,15 +4,14 @@ import math
 
 import numpy as np
 import pytest
-from factories import MeanColor, ring
-from tests.representations.blending_twin import splats, weights
+from factories import MeanColor, named_views, ring, selected, state_of
 from tolerances import FLOAT64_GEOMETRY, GAUSS_MI
 
 from avs.scene.cameras import Cameras
-from avs.scene.views import Views
-from avs.selection.contract import Resources, State
+from avs.selection.contract import Resources
 from avs.selectors.gauss_mi import GaussMiSelector, GaussMiSettings, direction_weights, horizontal_axes
 from avs.system.errors import UserError
+from tests.rasterizer.blending_twin import splats, weights
 
 CAMERAS = ring(9, size=(13, 9))
 CAPTURED = 3
@@ -20,8 +19,10 @@ IMAGES = tuple(np.random.default_rng(5).integers(0, 256, (9, 13, 3), dtype=np.ui
 
 
 def select(representation, k=1, **settings):
-    state = State(representation, Views(CAMERAS[:CAPTURED], IMAGES), CAMERAS[CAPTURED:], np.random.default_rng(0), 0)
-    return GaussMiSelector(GaussMiSettings(**settings), Resources()).select(state, k)
+    state = state_of(
+        representation, named_views(CAMERAS[:CAPTURED], IMAGES), CAMERAS[CAPTURED:], np.random.default_rng(0), 0
+    )
+    return selected("gauss-mi", GaussMiSelector(GaussMiSettings(**settings), Resources()), state, k)
 
 
 def along(centre, camera):

@@ -5,15 +5,14 @@ import sys
 
 import numpy as np
 import pytest
-from factories import OnlyRenders, ring
+from factories import OnlyRenders, named_views, ring, selected, state_of
 from skimage import data, filters
 
 from avs.iqa.no_reference.niqe_settings import FitSettings, PatchSettings
 from avs.iqa.resizing import ResizeSettings
 from avs.representations.base import Rendering
-from avs.scene.views import Views
 from avs.selection import registry
-from avs.selection.contract import HasNotes, Resources, State
+from avs.selection.contract import HasNotes, Resources
 from avs.selectors.no_reference import METHODS, NoReferenceSettings
 from avs.system.compatibility import prepare_torchvision
 from avs.system.errors import UserError
@@ -60,18 +59,18 @@ def test_known_scores(identifier, picture, shared_weights, monkeypatch):
     method = registry.find(identifier).method
     selector = method.build(method.settings(resize=ResizeSettings(pixels=max(sharp.shape))), Resources())
     images = np.stack([_blurred(sharp, sigma) if sigma else sharp for sigma in SIGMAS])
-    np.testing.assert_allclose(selector.score(images), KNOWN[identifier, picture], atol=QUALITY_KNOWN)
+    np.testing.assert_allclose(selector.quality(images), KNOWN[identifier, picture], atol=QUALITY_KNOWN)
 
 
 def test_blurred_renderings_are_chosen_first(piqe):
     cat = data.chelsea()[:256, :256].astype(np.float32) / 255
     pictures = [_blurred(cat, sigma) for sigma in (1, 0, 4, 2, 0.5)]
     cameras = ring(6, size=(256, 256))
-    views = Views(cameras[:1], (np.zeros((256, 256, 3), np.uint8),))
+    views = named_views(cameras[:1], (np.zeros((256, 256, 3), np.uint8),))
     representation = OnlyRenders(Pictures(cameras[1:], pictures))
-    selection = piqe.select(State(representation, views, cameras[1:], np.random.default_rng(0), 0), 2)
+    selection = selected("piqe", piqe, state_of(representation, views, cameras[1:], np.random.default_rng(0), 0), 2)
     assert selection.indices.tolist() == [2, 3]
-    alone = [piqe.score(picture[None])[0] for picture in pictures]
+    alone = [piqe.quality(picture[None])[0] for picture in pictures]
     np.testing.assert_allclose(selection.scores, alone, atol=QUALITY_KNOWN)
 
 
@@ -79,7 +78,7 @@ def test_blurred_renderings_are_chosen_first(piqe):
 def test_image_of_one_colour_is_the_worst(piqe, grey):
     images = np.full((2, 64, 96, 3), grey, dtype=np.float32)
     images[1] = np.random.default_rng(0).random((64, 96, 3), dtype=np.float32)
-    flat, textured = piqe.score(images)
+    flat, textured = piqe.quality(images)
     assert flat == 100
     assert textured < 100
 
@@ -87,7 +86,7 @@ def test_image_of_one_colour_is_the_worst(piqe, grey):
 def test_image_that_is_partly_black_has_a_number(piqe):
     image = np.random.default_rng(1).random((1, 96, 96, 3), dtype=np.float32)
     image[:, :60] = 0
-    assert 0 < piqe.score(image)[0] < 100
+    assert 0 < piqe.quality(image)[0] < 100
 
 
 def test_directions_and_names_are_those_of_pyiqa(piqe):
@@ -97,7 +96,7 @@ def test_directions_and_names_are_those_of_pyiqa(piqe):
     for identifier, method in METHODS.items():
         name = "topiq_nr" if identifier == "topiq" else identifier
         assert DEFAULT_CONFIGS[name]["metric_mode"] == "NR"
-        assert method.higher_is_worse == DEFAULT_CONFIGS[name].get("lower_better", False)
+        assert method.chooses == ("highest" if DEFAULT_CONFIGS[name].get("lower_better", False) else "lowest")
         assert not method.label.islower()
         assert method.pretrained == (() if identifier == "piqe" else (identifier,))
 
@@ -110,15 +109,15 @@ def test_black_rendering_is_the_worst_and_leaves_the_others_alone(identifier, wo
     images = np.zeros((3, 96, 192, 3), dtype=np.float32)
     images[1] = np.random.default_rng(0).random(images.shape[1:], dtype=np.float32)
     images[2] = data.chelsea()[:96, :192] / np.float32(255)
-    scores = selector.score(images)
+    scores = selector.quality(images)
     assert scores[0] == worst > scores[2]
-    np.testing.assert_allclose(selector.score(images[1:]), scores[1:])
+    np.testing.assert_allclose(selector.quality(images[1:]), scores[1:])
 
 
 def test_renderings_that_are_not_finite_are_refused(piqe):
     images = np.full((1, 64, 64, 3), np.nan, dtype=np.float32)
     with pytest.raises(ValueError, match="not finite"):
-        piqe.score(images)
+        piqe.quality(images)
 
 
 @pytest.fixture
@@ -140,7 +139,7 @@ def test_fitted_niqe_ranks_blur_and_says_that_it_was_fitted(fitted):
     assert isinstance(selector, HasNotes)
     assert selector.notes == ("NIQE: fitted to 1 photographs of training scenes, not the published parameters",)
     sharp = data.chelsea().astype(np.float32) / 255
-    scores = selector.score(np.stack([sharp, _blurred(sharp, 1), _blurred(sharp, 3)]))
+    scores = selector.quality(np.stack([sharp, _blurred(sharp, 1), _blurred(sharp, 3)]))
     assert (np.diff(scores) > 0).all()
 
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from factories import MeanColor, OnlyRenders, ring
+from factories import MeanColor, OnlyRenders, named_views, ring, selected, state_of
 
 from avs.scene.sampling import farthest_order, initial_views
-from avs.scene.views import Views
 from avs.selection import registry
-from avs.selection.contract import Resources, State, choose
+from avs.selection.choice import choose
+from avs.selection.contract import Resources
 from avs.selectors.farthest import FarthestSelector
 from avs.selectors.random import RandomSelector, RandomSettings
 from avs.system.errors import UserError
@@ -16,9 +16,9 @@ from avs.system.errors import UserError
 def state(candidates, captured=4, seed=0, step=0):
     cameras = ring(candidates + captured)
     images = tuple(np.zeros((16, 24, 3), np.uint8) for _ in range(captured))
-    views = Views(cameras[:captured], images)
+    views = named_views(cameras[:captured], images)
     rng = np.random.default_rng(seed)
-    return State(OnlyRenders(MeanColor()), views, cameras[captured:], rng, step)
+    return state_of(OnlyRenders(MeanColor()), views, cameras[captured:], rng, step)
 
 
 def random_selector(**settings):
@@ -61,26 +61,26 @@ def test_initial_views_start_where_told():
     assert initial_views(line, 2, start=5).tolist() == [5, 0]
 
 
-@pytest.mark.parametrize("build", [random_selector, lambda: FarthestSelector(None, Resources())])
+@pytest.mark.parametrize(
+    ("identifier", "build"), [("random", random_selector), ("farthest", lambda: FarthestSelector(None, Resources()))]
+)
 @pytest.mark.parametrize(("candidates", "k"), [(1, 1), (9, 1), (9, 4), (9, 9)])
-def test_a_selection_follows_the_contract(build, candidates, k):
-    selection = build().select(state(candidates), k)
+def test_a_selection_follows_the_contract(identifier, build, candidates, k):
+    selection = selected(identifier, build(), state(candidates), k)
     assert len(set(selection.indices.tolist())) == k
     assert selection.scores.shape == (candidates,)
     assert np.isfinite(selection.scores).all()
 
 
 def test_random_choice_depends_on_the_generator_alone():
-    first = random_selector().select(state(20, seed=3), 5).indices
-    again = random_selector().select(state(20, seed=3), 5).indices
-    other = random_selector().select(state(20, seed=4), 5).indices
+    first, again, other = (selected("random", random_selector(), state(20, seed=seed), 5).indices for seed in (3, 3, 4))
     assert first.tolist() == again.tolist() != other.tolist()
 
 
 def test_random_choice_is_uniform():
     counts = np.zeros(5)
     for seed in range(2000):
-        counts[random_selector().select(state(5, seed=seed), 1).indices[0]] += 1
+        counts[selected("random", random_selector(), state(5, seed=seed), 1).indices[0]] += 1
     # Four standard deviations of a binomial count with n = 2000, p = 1/5.
     assert np.abs(counts - 400).max() < 4 * np.sqrt(2000 * 0.2 * 0.8)
 
@@ -88,20 +88,20 @@ def test_random_choice_is_uniform():
 def test_reshuffling_repeats_the_draws_of_the_first_step():
     quirk, plain = random_selector(reshuffle=True), random_selector()
     first, second = state(8, seed=1, step=0), state(8, seed=2, step=1)
-    assert quirk.select(first, 1).scores.tolist() == quirk.select(second, 1).scores.tolist()
-    assert plain.select(state(8, seed=1), 1).scores.tolist() != plain.select(second, 1).scores.tolist()
+    assert quirk.score(first).tolist() == quirk.score(second).tolist()
+    assert plain.score(state(8, seed=1)).tolist() != plain.score(second).tolist()
 
 
 def test_ties_go_to_the_lowest_index():
     scores = np.array([1.0, 3.0, 3.0, 0.0, 0.0])
-    assert choose(scores, 3, higher_is_worse=True).tolist() == [1, 2, 0]
-    assert choose(scores, 3, higher_is_worse=False).tolist() == [3, 4, 0]
+    assert choose(scores, 3, "highest").tolist() == [1, 2, 0]
+    assert choose(scores, 3, "lowest").tolist() == [3, 4, 0]
 
 
 @pytest.mark.parametrize(("scores", "k"), [([1.0, np.nan], 1), ([1.0, np.inf], 1), ([1.0], 2), ([1.0], 0)])
 def test_an_impossible_choice_is_refused(scores, k):
     with pytest.raises(ValueError, match=r"finite|cannot choose"):
-        choose(np.array(scores), k, higher_is_worse=True)
+        choose(np.array(scores), k, "highest")
 
 
 def test_methods_are_found_by_name_with_their_module():

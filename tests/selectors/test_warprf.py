@@ -4,13 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from factories import OnlyRenders, ring
+from factories import OnlyRenders, named_views, ring, selected, state_of
 from tolerances import WARPING
 
 from avs.representations.base import Rendering
 from avs.scene.cameras import Cameras, concatenate
-from avs.scene.views import Views
-from avs.selection.contract import Resources, Settings, State
+from avs.selection.contract import Resources, Settings
 from avs.selectors.warprf import WarpRfSelector
 
 CAPTURED = 3
@@ -38,9 +37,9 @@ class Pictures:
 
 def select(cameras, representation, k=1):
     images = tuple(np.zeros((height, width, 3), np.uint8) for width, height in cameras.sizes[:CAPTURED])
-    captured, candidates = Views(cameras[:CAPTURED], images), cameras[CAPTURED:]
-    state = State(OnlyRenders(representation), captured, candidates, np.random.default_rng(0), 0)
-    return WarpRfSelector(Settings(), Resources()).select(state, k)
+    captured, candidates = named_views(cameras[:CAPTURED], images), cameras[CAPTURED:]
+    state = state_of(OnlyRenders(representation), captured, candidates, np.random.default_rng(0), 0)
+    return selected("warprf", WarpRfSelector(Settings(), Resources()), state, k)
 
 
 def bilinear(image, x, y):

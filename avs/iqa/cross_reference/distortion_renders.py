@@ -14,12 +14,13 @@ from avs.representations.base import Representation
 from avs.scene.cameras import Cameras, IndexArray
 from avs.scene.sampling import initial_views
 from avs.scene.scene import Scene, read_scene
+from avs.selection.session import Session
 from avs.system.errors import UserError
 from metrics.image import ssim_map
 
 _INITIAL_VIEWS = 4
 
-Builder = Callable[[IndexArray, int], Representation]
+SeededBuilder = Callable[[IndexArray, int], Representation]
 """Makes an untrained representation, given the indices of the first captured views and a seed."""
 
 Progress = Callable[[str], None]
@@ -40,7 +41,7 @@ def make_renders(scene_folder: Path, out: Path, job: RenderJob, seed: int, progr
     write_distortions(out, collect(scene, builder, job.renders, seed, progress))
 
 
-def collect(scene: Scene, build: Builder, settings: RenderSettings, seed: int, progress: Progress) -> Distortions:
+def collect(scene: Scene, build: SeededBuilder, settings: RenderSettings, seed: int, progress: Progress) -> Distortions:
     """Reconstruct ``scene`` once per run and keep renderings with their SSIM maps.
 
     Every image of the scene can be captured, its test images too: nothing is evaluated on this scene. At each moment
@@ -83,18 +84,18 @@ def collect(scene: Scene, build: Builder, settings: RenderSettings, seed: int, p
 
 
 def _moments(
-    scene: Scene, build: Builder, settings: RenderSettings, seed: int, run: int
+    scene: Scene, build: SeededBuilder, settings: RenderSettings, seed: int, run: int
 ) -> Iterator[tuple[Moment, Representation, IndexArray]]:
     """Yield the states of one reconstruction, and which images are to be rendered then, ascending."""
     rng = np.random.default_rng([seed, run])
     order = _capture_order(scene, rng)
-    representation = build(order[: settings.views[0]], int(rng.integers(2**63)))
-    done = 0
+    run_seed = int(rng.integers(2**63))
+    session = Session(scene, lambda captured: build(captured, run_seed), order[: settings.views[0]])
     for views, iteration in zip(settings.views, settings.iterations, strict=True):
-        representation.fit(scene.views(order[:views]), iteration - done)
-        done = iteration
+        session.capture(order[len(session.captured) : views])
+        session.fit_until(iteration)
         shown = np.sort(rng.permutation(len(order))[: settings.cameras])
-        yield Moment(run=run, iteration=iteration, captured=tuple(order[:views].tolist())), representation, shown
+        yield Moment(run=run, iteration=iteration, captured=tuple(session.captured)), session.representation, shown
 
 
 def _capture_order(scene: Scene, rng: np.random.Generator) -> IndexArray:

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from avs.nvs.record import Episode, Step
 from avs.report.collect import Cell, Episodes
 from avs.report.tables.summary import Entry, Row, Table, missing_episodes, printed_as
+from avs.selection.contract import Direction
 from avs.system.reasons import Reason
 from metrics.definitions import Metric
 from metrics.ranking import Correlation, kendall, spearman
@@ -100,11 +101,11 @@ def summarise_ranking(episodes: Episodes, methods: Sequence[str], absent: Mappin
     return Ranking(Table(episodes, metrics, rows, reference=None, has_published=False), details)
 
 
-def oriented(step: Step, higher_is_worse: bool, target: Target) -> tuple[FloatArray, FloatArray] | None:
+def oriented(step: Step, chooses: Direction, target: Target) -> tuple[FloatArray, FloatArray] | None:
     """Return the scores and the truth of the candidates that have both, each turned so that the first choice is high.
 
-    A method takes the largest score first if ``higher_is_worse``. The truth has the lowest SSIM or PSNR first, as the
-    paper's hypothesis says, and the highest gain.
+    A method takes the lowest or the highest score first, as ``chooses`` tells. The truth has the lowest SSIM or PSNR
+    first, as the paper's hypothesis says, and the highest gain.
 
     Returns:
         Two arrays ``[n]``, or None if the selection has no scores or the truth was not measured at it.
@@ -114,7 +115,7 @@ def oriented(step: Step, higher_is_worse: bool, target: Target) -> tuple[FloatAr
         return None
     both = [pair for pair in zip(step.scores, truth, strict=True) if None not in pair]
     values = np.array(both, dtype=np.float64).reshape(-1, 2)
-    return values[:, 0] * (1 if higher_is_worse else -1), values[:, 1] * (1 if target == "gain" else -1)
+    return values[:, 0] * (1 if chooses == "highest" else -1), values[:, 1] * (1 if target == "gain" else -1)
 
 
 def _entry(episodes: Episodes, method: str, column: Column, absent: Mapping[str, Reason]) -> tuple[Entry, Detail]:
@@ -143,7 +144,7 @@ def _entry(episodes: Episodes, method: str, column: Column, absent: Mapping[str,
 
 def _correlations(episode: Episode, column: Column) -> list[Correlation]:
     """Return the correlation at every selection where scores and truth are recorded."""
-    pairs = (oriented(step, episode.higher_is_worse, column.target) for step in episode.steps)
+    pairs = (oriented(step, episode.chooses, column.target) for step in episode.steps)
     return [STATISTICS[column.statistic](*pair) for pair in pairs if pair is not None]
 
 

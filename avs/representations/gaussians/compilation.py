@@ -20,7 +20,7 @@ def compile_kernels() -> None:
     cameras = Cameras(
         np.eye(4)[None], np.array([[[32.0, 0.0, 16.0], [0.0, 32.0, 16.0], [0.0, 0.0, 1.0]]]), np.array([[32, 32]])
     )
-    views = Views(cameras, (np.full((32, 32, 3), 128, dtype=np.uint8),))
+    views = Views(cameras, (np.full((32, 32, 3), 128, dtype=np.uint8),), ("grey.png",))
     splats = GaussianSplats(cloud, 1.0, GaussianSettings(), generator, "cpu")
     splats.fit(views, 2)
     splats.render(cameras)

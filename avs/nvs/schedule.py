@@ -1,0 +1,42 @@
+"""Which views an episode begins with, and how many it ends with."""
+
+from __future__ import annotations
+
+from avs.nvs.protocol import ProtocolSettings
+from avs.scene.cameras import IndexArray
+from avs.scene.sampling import initial_views
+from avs.scene.scene import Scene
+from avs.system.errors import UserError
+
+
+def initial_captures(scene: Scene, protocol: ProtocolSettings, count: int | None = None) -> IndexArray:
+    """Return the indices of the views that are captured at the start, by farthest-view sampling of the pool.
+
+    Args:
+        scene: the capture.
+        protocol: the settings of the loop.
+        count: how many views; ``protocol.initial_views`` if None. More of them begin with the same ones.
+    """
+    pool = scene.pool
+    wanted = protocol.initial_views if count is None else count
+    return pool[initial_views(scene.cameras[pool].centers, wanted, protocol.initial_start)]
+
+
+def capped_budget(protocol: ProtocolSettings, pool: int, scene: str) -> tuple[int, list[str]]:
+    """Return the number of views at the end, and a note if the pool is too small for the configured budget.
+
+    Args:
+        protocol: the settings of the loop.
+        pool: number of images in the pool.
+        scene: the name of the scene, for the note.
+
+    Raises:
+        UserError: the pool has fewer images than the initial views and one candidate.
+    """
+    if pool <= protocol.initial_views:
+        fault = f"its pool of {pool} images leaves no candidate after {protocol.initial_views} initial views"
+        raise UserError(f"scene {scene}", fault, "add images, or lower protocol.initial_views")
+    allowed = max(int(pool * protocol.pool_share), protocol.initial_views + 1)
+    if allowed >= protocol.budget:
+        return protocol.budget, []
+    return allowed, [f"{scene}: budget {allowed} instead of {protocol.budget}, because its pool has {pool} views"]
