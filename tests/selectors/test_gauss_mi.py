@@ -101,5 +101,5 @@ def test_a_gaussian_at_a_camera_has_no_direction():
 
 
 def test_a_representation_without_blending_weights_is_a_clear_error():
-    with pytest.raises(UserError, match="gauss-mi: needs the capability HasBlendingWeights, which MeanColor lacks"):
+    with pytest.raises(UserError, match="gauss-mi: needs the capability blending_weights, which MeanColor lacks"):
         select(MeanColor())

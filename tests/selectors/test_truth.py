@@ -161,5 +161,5 @@ def test_the_sample_does_not_depend_on_the_method(scene):
 def test_a_representation_that_cannot_be_copied_has_no_gain(scene):
     measured, _, _ = episode(scene, TruthSettings(image_every=1), built=lambda captured: MeanColor())
     assert all(step.truth.gain is None for step in measured.steps)
-    with pytest.raises(UserError, match=r"protocol\.truth\.gain_every.*Copyable, which MeanColor lacks"):
+    with pytest.raises(UserError, match=r"protocol\.truth\.gain_every.*copy, which MeanColor lacks"):
         episode(scene, EVERYTHING, built=lambda captured: MeanColor())
