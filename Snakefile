@@ -52,7 +52,7 @@ onsuccess:
 
 onerror:
     print(
-        "Some jobs failed; their logs are named above. Once their cause is mended, run the same line again."
+        "Some jobs failed; their logs are named above. Once the cause is corrected, run the same line again."
     )
     print(
         "After a kill:  python -m avs resume -j2 tables   (followed by the options of the first run)"

@@ -1,7 +1,7 @@
 """The command line: the commands of every stage, each named exactly as the rule that calls it.
 
 A stage's commands are in the file named as its rules, ``workflows/rules/<stage>.smk``. Rules pass every path that a
-command reads or writes. ``python -m avs COMMAND --help`` tells the arguments.
+command reads or writes. ``python -m avs COMMAND --help`` lists the arguments.
 """
 
 from __future__ import annotations

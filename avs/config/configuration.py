@@ -52,7 +52,7 @@ class DistortionConfig(StrictModel):
 
 
 class Config(StrictModel):
-    """Everything that a run can be told."""
+    """All settings of a run."""
 
     scale: str = Field(pattern=r"^[a-z0-9_]+$", description="name of the results folder, such as ci, small or paper")
     device: Literal["cpu", "cuda"] = Field(default="cpu", description="where reconstructions and networks run")
@@ -161,7 +161,7 @@ def _readable(error: ValidationError, *parents: str) -> UserError:
     first = error.errors()[0]
     place, fault = first_fault(error, *parents)
     if first["type"] != "extra_forbidden":
-        return UserError(f"configuration: {place}", fault, "mend the value")
+        return UserError(f"configuration: {place}", fault, "correct the value")
     near = difflib.get_close_matches(str(first["loc"][-1]), sorted(_all_keys(Config)), n=1)
     return UserError(f"configuration: {place}", "unknown key", f"did you mean {near[0]}?" if near else "remove it")
 

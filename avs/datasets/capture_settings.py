@@ -21,7 +21,7 @@ class CaptureSettings(StrictModel):
         description="filter for smaller images: Pillow's default, an antialiased bicubic (3DGS), or the mean over area",
     )
     test_every: int = Field(
-        default=8, ge=2, description="every so manieth image by name, from the first on, is a test image (LLFF: 8)"
+        default=8, ge=2, description="every n-th image by name, starting with the first, is a test image (LLFF: 8)"
     )
 
     @model_validator(mode="after")

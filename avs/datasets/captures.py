@@ -148,7 +148,7 @@ def _plan(source: Path, cameras: Path, camera: ModelCamera, image: ModelImage, s
     """Look at an image's header and its camera and decide what becomes of it."""
     relative = PurePosixPath(image.name)
     if relative.is_absolute() or ".." in relative.parts:
-        raise UserError(cameras.parent, f"image name {image.name} leaves the folder images", "rename the image")
+        raise UserError(cameras.parent, f"image name {image.name} points outside the folder images", "rename the image")
     path = source / "images" / relative
     with open_image(path) as header:
         stored, kind, orientation = header.size, header.format, header.getexif().get(_ORIENTATION, 1)

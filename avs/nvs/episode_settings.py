@@ -1,4 +1,4 @@
-"""What an episode is told. Imports no torch, so that the workflow can read it quickly."""
+"""What an episode reads of the configuration. Imports no torch, so that the workflow can read it quickly."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ def run_episode(
         seed: seed of the reconstruction and of random choices.
         weights: checkpoint of the scorer that the method names, or None.
         out: folder of the results.
-        progress: is told one line about each step.
+        progress: receives one line about each step.
         views: the choice of a method that is a program of its own (``avs.nvs.program.ViewList``), or None.
 
     Raises:
@@ -88,7 +88,7 @@ def replay_episode(
         episode: an ``episode.json``, possibly with another list of selected views, edited by hand.
         device: where to run.
         out: folder of the results, as in ``run_episode``.
-        progress: is told one line about each step.
+        progress: receives one line about each step.
 
     Raises:
         UserError: the record is damaged, belongs to another scene, or selects a view that is not a candidate.
@@ -140,7 +140,7 @@ def check_device(device: str) -> None:
 
 
 def builder(scene: Scene, settings: RepresentationSettings, seed: int, device: str) -> Builder:
-    """Return what builds the reconstruction; its seed leaves the method out, so that all methods start alike."""
+    """Return what builds the reconstruction; its seed leaves the method out: all start from the same state."""
 
     def make(captured: IndexArray) -> Representation:
         return kinds.build(scene, captured, settings, seed_of("reconstruction", scene.name, seed), device)

@@ -48,7 +48,7 @@ class Plan:
         selector: what the method built.
         build: makes the representation.
         evaluate: computes the test metrics.
-        progress: is told one line about each step.
+        progress: receives one line about each step.
         device: ``cpu`` or ``cuda``, for the clock.
     """
 

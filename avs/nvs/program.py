@@ -43,14 +43,14 @@ class ListedViews:
         names, self._waiting = self._waiting[:k], self._waiting[k:]
         if len(names) < k:
             raise UserError(
-                self._source, f"lists too few views at step {state.step}", "list as many as the budget asks"
+                self._source, f"lists too few views at step {state.step}", "list at least as many as the budget needs"
             )
         left = list(state.names)
         rows = []
         for name in names:
             if name not in left:
                 raise UserError(
-                    self._source, f"{name} is not a candidate at step {state.step}", "mend the list of views"
+                    self._source, f"{name} is not a candidate at step {state.step}", "correct the list of views"
                 )
             rows.append(state.names.index(name))
             left.remove(name)

@@ -65,7 +65,7 @@ class ProtocolSettings(StrictModel):
     iterations: PositiveInt = Field(default=30000, description="optimisation steps in all")
     refit: Literal["continue", "reinit"] = Field(
         default="continue",
-        description="after a selection: go on with the reconstruction (the paper) or begin anew (FisherRF's code)",
+        description="after a selection: continue the reconstruction (paper) or start from scratch (FisherRF's code)",
     )
     lpips: LpipsSettings = Field(default_factory=LpipsSettings, description="the LPIPS metric")
     truth: TruthSettings = Field(

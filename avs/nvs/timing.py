@@ -49,7 +49,7 @@ def time_method(
         settings: the method, and what is timed.
         weights: checkpoint of the scorer that the method names, or None.
         out: the record.
-        progress: is told one line about each selection.
+        progress: receives one line about each selection.
 
     Raises:
         UserError: the device, the weights or the checkpoint is not there or does not fit.

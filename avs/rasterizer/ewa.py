@@ -6,7 +6,7 @@ the centre, the covariance in the image is ``P P^T + eps2d I`` with ``P = J W R 
 instead of through covariances costs fewer operations and gives the determinant as a sum of squares, free of
 cancellation.
 
-Every function takes float32 numbers or :data:`~avs.rasterizer.simd.VECTOR` alike.
+Every function takes float32 numbers or :data:`~avs.rasterizer.simd.VECTOR`.
 """
 
 from avs.rasterizer.kernels import Number, Numbers, inline

@@ -21,7 +21,7 @@ def _sum_of_squares(
 ) -> float:  # fmt: skip
     """Return the sum over pixels of (g (x dx + u u + xx dx^2 + xu dx u + uu u^2 + one) + color w)^2 from the moments.
 
-    Rounding may leave a sum of squares that is 0 slightly negative, hence the bound.
+    Rounding may make a sum of squares that is 0 slightly negative; the bound prevents it.
     """
     total: float = x * (x * m[9] + 2.0 * (u * m[6] + xx * m[12] + xu * m[10] + uu * m[7]))
     total += u * (u * m[2] + 2.0 * (xx * m[10] + xu * m[7] + uu * m[3]))

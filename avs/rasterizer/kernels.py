@@ -34,7 +34,7 @@ def kernel(function: Callable[..., Any], fastmath: bool | set[str] = False) -> C
     """Compile ``function`` for this machine and keep the machine code on disk.
 
     The code is kept beside the source or, where that is read-only, in the user's cache folder (``NUMBA_CACHE_DIR``
-    names another). With neither at hand each process compiles anew. ``fastmath`` is numba's.
+    names another). With neither at hand each process compiles again. ``fastmath`` is numba's.
     """
     options: Any = {"error_model": "numpy", "nogil": True, "fastmath": fastmath}
     try:

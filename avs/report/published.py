@@ -55,5 +55,5 @@ def read_published(path: Path, scene: str = "mean") -> dict[tuple[str, str], str
         try:
             float(value)
         except (TypeError, ValueError):
-            raise UserError(path, f"{method}, {metric}: {value!r} is not a number", "mend the file") from None
+            raise UserError(path, f"{method}, {metric}: {value!r} is not a number", "correct the file") from None
     return values

@@ -78,7 +78,7 @@ def create_settings(values: Mapping[str, Any]) -> RepresentationSettings:
         return _checked(values)
     except ValidationError as error:
         place, fault = first_fault(error, "representation")
-        raise UserError(place, fault, "mend the value") from None
+        raise UserError(place, fault, "correct the value") from None
 
 
 def _checked(values: object) -> RepresentationSettings:

@@ -47,8 +47,8 @@ class SceneFile(StrictModel):
     test: list[str] = Field(description="names of the test images, ascending; all others are the pool")
     extent: float = Field(description="1.1 times the greatest distance of a camera centre from their mean (3DGS)")
     source: str = Field(description="where the pictures come from, one line")
-    licence: str = Field(description="their terms, one line")
-    notes: list[str] = Field(description="what a reader should know of the scene, such as images that were left out")
+    licence: str = Field(description="licence of the pictures, one line")
+    notes: list[str] = Field(description="what a reader should know about the scene, such as images that were left out")
     images: dict[str, str] = Field(description="image name to the SHA-256 of its size and pixels")
     files: dict[str, str] = Field(description="path of every other file of the scene to the SHA-256 of its bytes")
     content_hash: str = Field(description="SHA-256 over images, files and test in canonical JSON")
@@ -73,7 +73,7 @@ class Scene:
         content_hash: SHA-256 over the images, the cameras, the split, the points, and depth and mesh where there are
             any.
         hashes: SHA-256 of every image's pixels, in the order of ``names``.
-        notes: what a reader should know of the scene, such as images that were left out.
+        notes: what a reader should know about the scene, such as images that were left out.
     """
 
     name: str

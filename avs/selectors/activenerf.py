@@ -30,7 +30,9 @@ class ActiveNerfSettings(Settings):
         "code proposed to FisherRF, or 1, as in the original ActiveNeRF",
     )
     learning_rate: float | None = Field(
-        default=None, gt=0, description="of the log-variances; null: the reconstruction's rate of opacities"
+        default=None,
+        gt=0,
+        description="learning rate of the log-variances; null: the rate of the opacities",
     )
     constant: float = Field(default=1e-4, ge=0, description="added to the variance of each pixel")
     floor: float = Field(default=0.1, gt=0, description="least variance of a pixel in the loss")

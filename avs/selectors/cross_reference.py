@@ -32,7 +32,7 @@ class CrossReferenceSettings(Settings):
     batch: PositiveInt = Field(default=8, description="candidates rendered and scored at once; bounds the memory")
     precision: Precision = Field(
         default="float32",
-        description="numbers that the network computes with; bfloat16 is faster on a GPU or on a CPU with AMX only",
+        description="number format that the network computes in; bfloat16 is faster on a GPU or on a CPU with AMX only",
     )
 
 

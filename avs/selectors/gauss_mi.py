@@ -23,7 +23,7 @@ class GaussMiSettings(Settings):
         default=1.7, description="lambda_L: a pixel whose mean absolute error is its inverse says nothing"
     )
     weight_scale: PositiveFloat = Field(default=10.0, description="lambda_T: log-odds per blending weight")
-    least_loss: float = Field(default=1e-4, gt=0, description="scaled losses are held at this at least")
+    least_loss: float = Field(default=1e-4, gt=0, description="lower bound of the scaled losses")
     least_transmittance: float = Field(
         default=0.8, ge=0, lt=1, description="a Gaussian is judged by pixels that more light than this reaches"
     )
@@ -112,7 +112,7 @@ METHODS = {
         group="3D-based",
         source=(
             "Xie et al., RSS 2025 (arXiv 2504.21067), and its code at commit 61f5158. Deviations: reliabilities are "
-            "computed anew from all captured views, as densification changes the Gaussians; the loss has no depth "
+            "computed again from all captured views, as densification changes the Gaussians; the loss has no depth "
             "part, as there is no depth sensor, and no image mask; the four directions lie across the cameras' mean "
             "upright instead of across z; the robot's cost of motion is left out."
         ),

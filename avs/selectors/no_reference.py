@@ -147,7 +147,7 @@ class NoReferenceSelector:
         from avs.iqa.resizing import resized, to_tensor
 
         if not np.isfinite(images).all():
-            raise ValueError(f"{self._metric.name}: the renderings hold numbers that are not finite")
+            raise ValueError(f"{self._metric.name}: the renderings contain numbers that are not finite")
         with torch.inference_mode():
             # antialiased bilinear resizing can leave 0..1 by a rounding error, which pyiqa refuses
             batch = resized(to_tensor(images, self._device), self._settings.resize).clamp(0.0, 1.0)

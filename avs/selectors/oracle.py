@@ -32,7 +32,9 @@ class GainSettings(Settings):
     passes: PositiveInt = Field(
         default=2, description="how often the fit that tries a candidate uses each view, the candidate included"
     )
-    metric: Literal["psnr", "ssim"] = Field(default="psnr", description="which mean over the test images is to rise")
+    metric: Literal["psnr", "ssim"] = Field(
+        default="psnr", description="metric whose mean over test images should rise"
+    )
 
 
 class GainOracle:

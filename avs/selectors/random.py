@@ -14,7 +14,7 @@ class RandomSettings(Settings):
 
     reshuffle: bool = Field(
         default=False,
-        description="draw the same random numbers at every step, as FisherRF's code does by seeding anew at each call",
+        description="draw the same random numbers at every step, as FisherRF's code does by seeding again at each call",
     )
 
 
@@ -41,7 +41,7 @@ METHODS = {
         label="Random",
         group="2D-based",
         source=(
-            "Uniform choice. FisherRF's RandSelector (commit b747328) seeds its generator anew at each call, so its "
+            "Uniform choice. FisherRF's RandSelector (commit b747328) seeds its generator again at each call, so its "
             "draws repeat; here they do not, unless reshuffle is set."
         ),
         chooses="lowest",

@@ -1,8 +1,8 @@
-"""One exception for everything that a user can mend: bad input, bad configuration, a missing capability."""
+"""One exception for everything that a user can correct: bad input, bad configuration, a missing capability."""
 
 
 class UserError(Exception):
-    """A fault in what the user supplied, told in one line: subject, fault and remedy.
+    """A fault in what the user supplied, in one line: subject, fault and remedy.
 
     The command line prints it without a traceback and exits with status 2. Raise it only where the reader of the line
     can do something about the fault; a programming error keeps its traceback.

@@ -21,7 +21,7 @@ def resume(arguments: list[str]) -> None:
         raise UserError(Path.cwd(), f"a run is alive (process {alive})", "wait for it, or stop it")
     unlocked = subprocess.run(["snakemake", "--unlock", *arguments], capture_output=True, text=True, check=False)
     if unlocked.returncode:
-        raise UserError(Path.cwd(), f"cannot be unlocked: {unlocked.stderr.strip()}", "mend that and run again")
+        raise UserError(Path.cwd(), f"cannot be unlocked: {unlocked.stderr.strip()}", "correct that and run again")
     os.execvp("snakemake", ["snakemake", *arguments])
 
 

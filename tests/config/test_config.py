@@ -32,7 +32,7 @@ def test_every_scale_follows_the_schema(path):
         ({"mehtods": ["random"]}, "configuration: mehtods: unknown key; did you mean methods?"),
         ({"protocol": {"budgett": 9}}, "configuration: protocol.budgett: unknown key; did you mean budget?"),
         ({"seeds": []}, "configuration: seeds: .*at least 1"),
-        ({"device": "gpu"}, "configuration: device: .*; mend the value"),
+        ({"device": "gpu"}, "configuration: device: .*; correct the value"),
         ({"methods": ["randm"]}, "method 'randm': unknown; did you mean random"),
         ({"selectors": {"fisherrf": {"lam": 1}}}, r"selectors\.fisherrf\.lam: .*settings of this method: chain"),
         ({"distortions": None}, "configuration: .*scorers need the section distortions"),

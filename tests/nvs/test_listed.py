@@ -58,7 +58,7 @@ def test_views_are_taken_in_order_and_captured_ones_passed_over(scene, listed):
 
 def test_a_test_image_is_refused_in_one_line(scene, listed):
     _, selector = listed([scene.names[scene.test[0]]])
-    with pytest.raises(UserError, match=r"views.json: 000.png is not a candidate at step 0; mend the list"):
+    with pytest.raises(UserError, match=r"views.json: 000.png is not a candidate at step 0; correct the list"):
         selector.select(state_of(scene, initial(scene))[0], 1)
 
 

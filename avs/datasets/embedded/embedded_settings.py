@@ -21,9 +21,7 @@ class EmbeddedSettings(StrictModel):
     gather_rays: int = Field(
         24, ge=8, le=1024, description="rays per vertex that gather light from the sky and from other surfaces"
     )
-    bounces: int = Field(
-        2, ge=0, le=8, description="how often light is passed on between surfaces before it reaches the eye"
-    )
+    bounces: int = Field(2, ge=0, le=8, description="bounces of light between surfaces before it reaches the camera")
     points: int = Field(3000, ge=0, description="greatest number of sparse points")
     point_noise: float = Field(
         0.3, ge=0, description="standard deviation of a sparse point's error, in pixels of its observations"

@@ -103,7 +103,7 @@ def write_distortions(path: Path, data: Distortions) -> None:
     arrays |= {f"rendering/{j}": image for j, image in enumerate(data.renderings)}
     arrays |= {f"ssim/{j}": code for j, code in enumerate(data.maps)}
     contiguous = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
-    # safetensors keeps the entries of its metadata in no fixed order, hence a single one.
+    # safetensors keeps the entries of its metadata in no fixed order, so there is only one.
     metadata = {"header": canonical_json(header.model_dump(mode="json"))}
     with atomic_path(path) as temporary:
         # save_file would put a file of its own there, readable by its owner alone

@@ -25,7 +25,7 @@ _REMEDY = "delete it and train the scorer again"
 def save_network(path: Path, network: CrossReferenceNetwork) -> None:
     """Write the weights and the architecture to ``path``, whole or not at all; equal networks give equal bytes."""
     state = {key: value.detach().cpu().contiguous() for key, value in network.state_dict().items()}
-    # safetensors keeps the entries of its header in no fixed order, hence a single one.
+    # safetensors keeps the entries of its header in no fixed order, so there is only one.
     header = {"network": canonical_json({"format": _FORMAT, "settings": network.settings.model_dump(mode="json")})}
     with atomic_path(path) as temporary:
         # save_file would put a file of its own there, readable by its owner alone

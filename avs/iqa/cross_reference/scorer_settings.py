@@ -30,7 +30,7 @@ class ReferenceSettings(StrictModel):
     count: PositiveInt = Field(default=5, description="number of reference images for one query image")
     choice: Literal["random", "nearest"] = Field(
         default="random",
-        description="drawn anew for each query image, or those whose camera centres are nearest to its own",
+        description="drawn again for each query image, or those whose camera centres are nearest to its own",
     )
     pad: Literal["none", "black"] = Field(
         default="none",
@@ -93,7 +93,7 @@ class RenderSettings(StrictModel):
         default=(400, 1500, 3000, 7200, 13000, 20000), min_length=1, description="optimisation steps at each moment"
     )
     runs: PositiveInt = Field(default=1, description="reconstructions of the scene, with different views")
-    cameras: PositiveInt = Field(default=64, description="most images rendered at one moment, sampled from all views")
+    cameras: PositiveInt = Field(default=64, description="most images to render at one moment, sampled from all views")
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -122,7 +122,7 @@ class TrainingSettings(StrictModel):
         description="pretrained weights from a local file if there is one, always (else it is an error), or never",
     )
     backbone_tag: str | None = Field(
-        default=None, description="which of timm's weights of the backbone; null: dist_450e_in1k, lvd142m for DINOv2"
+        default=None, description="which of timm's pretrained weights; null: dist_450e_in1k, lvd142m for DINOv2"
     )
     backbone_frozen: bool | None = Field(
         default=None, description="keep the backbone as it is; null: keep it if and only if it is pretrained"
@@ -130,7 +130,7 @@ class TrainingSettings(StrictModel):
     cache_features: bool = Field(
         default=False,
         description="with a frozen backbone: encode whole images once and crop their features, where CrossScore "
-        "encodes each crop anew; far faster, but all features lie in memory",
+        "encodes each crop; far faster, but all features lie in memory",
     )
     resize: ResizeSettings = Field(
         default=ResizeSettings(side="short", pixels=540), description="size of the images before they are cropped"
@@ -146,11 +146,13 @@ class TrainingSettings(StrictModel):
     queries_per_set: PositiveInt = Field(
         default=1, description="query images of one scene that share a set of references in a step; divides `batch`"
     )
-    learning_rate: PositiveFloat = Field(default=5e-4, description="of AdamW, weight decay 0.01")
+    learning_rate: PositiveFloat = Field(default=5e-4, description="learning rate of AdamW (weight decay 0.01)")
     schedule: Literal["constant", "cosine"] = Field(
         default="constant", description="learning rate over the steps: constant as in the paper, or a half cosine to 0"
     )
-    warmup: NonNegativeInt = Field(default=0, description="first steps, over which the learning rate grows linearly")
+    warmup: NonNegativeInt = Field(
+        default=0, description="steps at the start in which the learning rate grows linearly"
+    )
     evaluations: PositiveInt = Field(default=5, description="number of times the held-out error is measured")
 
     @model_validator(mode="after")
@@ -170,4 +172,4 @@ class ScorerSettings(StrictModel):
     )
     network: AnyNetwork = Field(default=RepViTSettings(), description="architecture, named by its backbone")
     training: TrainingSettings = Field(default=TrainingSettings(), description="optimisation")
-    seed: NonNegativeInt = Field(default=0, description="of the initial weights and of every random choice in training")
+    seed: NonNegativeInt = Field(default=0, description="seed of the initial weights and of all random choices")

@@ -57,7 +57,7 @@ def train(
         weights: checkpoint to write.
         card: model card (JSON) to write.
         settings: architecture, optimisation and seed.
-        progress: is told one line at each evaluation.
+        progress: receives one line at each evaluation.
         device: ``cpu`` or ``cuda``.
 
     Raises:
@@ -111,7 +111,7 @@ def fit(
         held_out: distortion data that only measure the error on the way.
         settings: architecture, optimisation and seed.
         source: pretrained weights of the backbone, or None for random ones.
-        progress: is told one line at each evaluation.
+        progress: receives one line at each evaluation.
         device: ``cpu`` or ``cuda``.
 
     Returns:

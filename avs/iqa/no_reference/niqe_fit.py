@@ -48,7 +48,7 @@ def fit_scenes(scenes: Sequence[Path], settings: FitSettings, out: Path, progres
         scenes: folders of scenes, none of which is evaluated later.
         settings: size of the pictures and choice of their patches.
         out: file to write, as ``read_fitted`` reads it.
-        progress: is told one line about each scene.
+        progress: receives one line about each scene.
 
     Raises:
         UserError: a scene is damaged, or the photographs hold too few sharp patches.
@@ -123,7 +123,7 @@ def write_fitted(path: Path, gaussian: Gaussian, card: dict[str, object]) -> Non
     import torch
 
     tensors = {"mean": torch.from_numpy(gaussian.mean), "covariance": torch.from_numpy(gaussian.covariance)}
-    # safetensors keeps the entries of its header in no fixed order, hence a single one.
+    # safetensors keeps the entries of its header in no fixed order, so there is only one.
     header = {"niqe": canonical_json(card)}
     with atomic_path(path) as temporary:
         temporary.write_bytes(safetensors.torch.save(tensors, metadata=header))

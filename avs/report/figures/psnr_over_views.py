@@ -23,7 +23,7 @@ _ORACLE = "oracle-"
 _ORACLE_COLOURS = ("#888888", "#888888", "#333333")
 _ORACLE_DASHES = ((0, (1, 1)), (0, (4, 2)), (0, (2, 1)))
 _OTHER_COLOURS = ("#0072B2", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#777777", "#882255", "#999933")
-# Those with which one colour comes again, three places on in the circle, do not look alike.
+# Those with which one colour comes again, three places on in the circle, do not look the same.
 _DASHES = ((0, (5, 1.5)), (0, (1, 1.2)), (0, (4, 1.2, 1, 1.2)), (0, (3, 1, 1, 1, 1, 1)), (0, (8, 2)))
 
 _MOST_COLUMNS = 3

@@ -35,7 +35,7 @@ def grouped(table: Table) -> list[tuple[str, list[Row]]]:
 def ranks(table: Table, metric: Metric) -> dict[str, int]:
     """Return 1, 2 or 3 for the methods with the best three printed values of a column, oracles left out.
 
-    Values that print alike share a rank, and the next value has the next rank, as in the paper's Table 1. A quantity
+    Values that print the same share a rank, and the next value has the next rank, as in the paper's Table 1. A quantity
     without a direction has no ranks.
     """
     if metric.higher_is_better is None:

@@ -26,7 +26,7 @@ def write_ranking_table(
 ) -> None:
     """Write ``out`` with the suffixes ``.csv``, ``.md`` and ``.tex``.
 
-    Equal records give equal bytes, whatever the order of ``episodes``. How each number is computed is told in
+    Equal records give equal bytes, whatever the order of ``episodes``. How each number is computed is described in
     ``docs/tables.md``.
 
     Args:

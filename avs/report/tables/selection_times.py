@@ -76,7 +76,7 @@ def read_runtimes(paths: Sequence[Path]) -> dict[str, Runtime]:
         for name in ("scene_hash", "seed", "captured", "candidates", "iteration", "device", "machine"):
             if getattr(record, name) != getattr(first, name):
                 fault = f"{name} is not that of {first.method}, so that their times cannot be compared"
-                raise UserError(path, fault, "time all methods anew on one machine")
+                raise UserError(path, fault, "time all methods again on one machine")
         found[record.method] = record
     return found
 

@@ -29,7 +29,7 @@ def write_nvs_table(
 ) -> None:
     """Write ``out`` with the suffixes ``.csv``, ``.md`` and ``.tex``, and ``_per_scene.csv``.
 
-    Equal records give equal bytes, whatever the order of ``episodes``. How each number is computed is told in
+    Equal records give equal bytes, whatever the order of ``episodes``. How each number is computed is described in
     ``docs/tables.md``.
 
     Args:

@@ -54,5 +54,5 @@ def read_checkpoint(path: Path) -> tuple[dict[str, Tensor], CheckpointState]:
     except (OSError, SafetensorError) as error:
         raise UserError(path, f"cannot be read as safetensors ({error})", remedy) from error
     except ValidationError as error:
-        raise UserError(path, f"is no checkpoint of Gaussians ({first_fault(error)[1]})", remedy) from error
+        raise UserError(path, f"is not a checkpoint of Gaussians ({first_fault(error)[1]})", remedy) from error
     return tensors, state

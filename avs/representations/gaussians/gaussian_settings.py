@@ -21,7 +21,7 @@ class InitialPoints(StrictModel):
         "those that only test or candidate images see; selected: the points that captured images see",
     )
     random_count: int = Field(
-        default=100_000, ge=4, description="number of random points, as gsplat's simple_trainer has it"
+        default=100_000, ge=4, description="number of random points, as in gsplat's simple_trainer"
     )
     random_bounds: float = Field(
         default=3.0,

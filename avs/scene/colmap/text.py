@@ -66,7 +66,7 @@ def _lines(path: Path) -> list[str]:
     try:
         return [line.strip() for line in path.read_text(encoding="utf-8").splitlines()]
     except UnicodeDecodeError as error:
-        raise UserError(path, "is no text", REMEDY) from error
+        raise UserError(path, "is not text", REMEDY) from error
 
 
 def _is_record(line: str) -> bool:

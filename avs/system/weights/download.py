@@ -26,7 +26,7 @@ def fetch(name: str, progress: Callable[[str], None]) -> Path:
 
     Args:
         name: an entry of the manifest.
-        progress: is told one line about each step.
+        progress: receives one line about each step.
 
     Returns:
         The file.

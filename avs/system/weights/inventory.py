@@ -1,4 +1,4 @@
-"""What the command line tells about the weights on this machine."""
+"""What the command line reports about the weights on this machine."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def check(names: Sequence[str], report: Callable[[str], None]) -> None:
 
     Args:
         names: entries of the manifest, whose absence is a fault then; none for all that are present.
-        report: is told the lines.
+        report: receives the lines.
 
     Raises:
         UserError: a file is damaged, or absent though named.

@@ -1,4 +1,4 @@
-"""Every file of pretrained weights that this project can use: whence, how long, which hash, whose licence.
+"""Every file of pretrained weights that this project can use: source, length, hash and licence.
 
 URLs are those of the installed packages (pyiqa 0.1.16, torchvision 0.28, timm 1.0.31) and of CrossScore's README.
 Hashes and lengths are those that the repositories on Hugging Face state for their large files; for torchvision's files
@@ -22,7 +22,7 @@ class Weights:
         bytes: its length, or None where it is not known.
         sha256: its hash in hexadecimal or the hash's first digits, or None where it is not known.
         exact: whether a local file must have that hash. False where the same numbers circulate in other files, saved
-            anew by other libraries: there only a download must have it, and the loader checks the contents.
+            again by other libraries: there only a download must have it, and the loader checks the contents.
         hub: folder below torch's ``hub`` where the package that the URL comes from would keep it, or None.
     """
 

@@ -51,7 +51,7 @@ def test_cache_folder_and_command_are_those_of_the_weights_manager(net, variable
     monkeypatch.delenv("AVS_WEIGHTS")
     monkeypatch.setenv(variable, str(tmp_path / "cache"))
     name = f"lpips-{net}"
-    assert lpips_absent_reason(net).endswith(missing([name]).split(": ")[1])
+    assert lpips_absent_reason(net).endswith(f": {missing([name]).remedy}")
     path = cache.folder() / cache.find(name).path
     path.parent.mkdir(parents=True)
     path.touch()

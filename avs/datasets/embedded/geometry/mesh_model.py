@@ -95,7 +95,7 @@ class Mesh:
         return replace(self, shade=np.broadcast_to(shade, self.vertices.shape).astype(np.float32))
 
     def shifted(self, rng: np.random.Generator) -> Mesh:
-        """Return the mesh with its texture moved by chance, so that equal pieces do not look alike."""
+        """Return the mesh with its texture moved by chance, so that equal pieces do not look the same."""
         return replace(self, coordinates=self.coordinates + rng.random(2, dtype=np.float32) * self.material.size)
 
 
