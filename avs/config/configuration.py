@@ -114,7 +114,7 @@ def load(values: dict[str, Any], programs: Collection[str] = ()) -> Config:
 
     Raises:
         UserError: a key is unknown (the line names the nearest one), a value does not fit, a method is unknown or lacks
-            the scorer it needs.
+            the scorer it needs, or the representation lacks what the protocol needs.
     """
     try:
         config = Config.model_validate(values)
@@ -125,7 +125,7 @@ def load(values: dict[str, Any], programs: Collection[str] = ()) -> Config:
             fault = f"is a method of {registry.find(identifier).module} and a program as well"
             raise UserError(f"method {identifier}", fault, f"rename workflows/baselines/{identifier}.smk")
     for identifier in dict.fromkeys((*config.methods, *config.protocols)):
-        protocol_of(config, identifier)
+        _check_truth(config, protocol_of(config, identifier))
     for identifier in dict.fromkeys((*config.methods, *config.selectors, *config.protocols)):
         if identifier in programs:
             continue
@@ -149,6 +149,14 @@ def protocol_of(config: Config, method: str) -> ProtocolSettings:
         return protocol_of_method(config.protocol, batches, config.protocols.get(method, {}))
     except ValidationError as error:
         raise _readable(error, "protocols", method) from None
+
+
+def _check_truth(config: Config, protocol: ProtocolSettings) -> None:
+    """Raise a UserError if a gain is to be measured that the representation cannot give."""
+    kind = config.representation.kind
+    if protocol.truth.gain_every is not None and "copy" not in kinds.find(kind).offers:
+        fault = f"needs copies of the reconstruction, which the representation {kind} does not offer"
+        raise UserError("configuration: protocol.truth.gain_every", fault, "set it to null")
 
 
 def scorer_of(config: Config, name: str) -> ScorerSettings:

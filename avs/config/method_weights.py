@@ -62,8 +62,17 @@ def absent_methods(config: Config) -> dict[str, Reason]:
 
     Such a method keeps its row in the tables, which says so; no episode of it is asked for.
     """
-    found = {method: weights_of(config, method) for method in config.methods}
-    return {method: answer.reason for method, answer in found.items() if isinstance(answer, Absent)}
+    return {method: reason for method in config.methods if (reason := _why_not(config, method)) is not None}
+
+
+def _why_not(config: Config, identifier: str) -> Reason | None:
+    """Return why one method cannot run, or None."""
+    if is_program(identifier):
+        return None
+    settings = registry.create_settings(identifier, config.selectors.get(identifier, {}))
+    answer = weights_of(config, identifier)
+    misfit = registry.why_not(identifier, settings, config.representation.kind)
+    return misfit or (answer.reason if isinstance(answer, Absent) else None)
 
 
 def is_program(identifier: str) -> bool:

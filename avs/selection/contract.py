@@ -34,6 +34,11 @@ Direction = Literal["lowest", "highest"]
 class Settings(StrictModel):
     """Base of a method's settings: unknown keys are errors, values do not change. Subclass it to add fields."""
 
+    @property
+    def needs(self) -> tuple[str, ...] | None:
+        """The capabilities that a method needs with these settings; None where they do not change ``Method.needs``."""
+        return None
+
 
 @dataclass(frozen=True)
 class Truth:
@@ -184,8 +189,9 @@ class Method:
         chooses: whether the candidate of the ``lowest`` or of the ``highest`` score is captured.
         build: makes the selector from its settings and resources; call it by ``selector``, which checks these first.
         settings: the type of its settings.
-        needs: names of the capabilities of a representation without which it cannot run, see
-            ``avs.representations``; rendering needs no name.
+        needs: what it uses of a representation beside ``render``, by the names of
+            ``avs.representations.capabilities.CAPABILITIES``; a run whose representation lacks it leaves the method out
+            and says so in its row.
         batches: how many views it captures at once, and when, if that is part of its definition.
         scorer: name of the trained scorer whose weights it needs, or None.
         pretrained: names of the published weights that it needs, entries of the manifest of ``avs.system.weights``; a

@@ -53,6 +53,11 @@ class InformationSettings(Settings):
         "computed again when needed",
     )
 
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """The capability that the estimator uses."""
+        return ("fisher_diagonal",) if self.estimator == "exact" else ("fisher_probes",)
+
 
 class InformationSelector:
     """Largest gain against the captured views; of several candidates each against those before it, too.

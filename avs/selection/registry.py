@@ -12,9 +12,11 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from avs.representations import kinds
 from avs.selection.contract import Method, Settings
 from avs.system.errors import UserError
 from avs.system.models import first_fault
+from avs.system.reasons import Reason
 
 PACKAGE = "avs.selectors"
 """The package whose modules are searched, and the group of entry points that plug-ins use."""
@@ -76,3 +78,23 @@ def create_settings(identifier: str, values: dict[str, Any]) -> Settings:
         place, fault = first_fault(error, "selectors", identifier)
         known = ", ".join(kind.model_fields) or "none"
         raise UserError(place, fault, f"settings of this method: {known}") from None
+
+
+def why_not(identifier: str, settings: Settings, kind: str) -> Reason | None:
+    """Return why a method cannot run on representations of a kind, and on which it can, or None.
+
+    Args:
+        identifier: of the method.
+        settings: of the method.
+        kind: name of the kind of representation.
+
+    Raises:
+        UserError: the method or the kind is unknown.
+    """
+    needs = find(identifier).method.needs if settings.needs is None else settings.needs
+    lacking = [name for name in needs if name not in kinds.find(kind).offers]
+    if not lacking:
+        return None
+    others = [name for name, other in kinds.kinds().items() if other.offers.issuperset(needs)]
+    remedy = f"choose representation.kind {' or '.join(others)}" if others else None
+    return Reason(cause=f"representation {kind} lacks {', '.join(lacking)}", remedy=remedy)

@@ -90,5 +90,6 @@ METHODS = {
         chooses="highest",
         build=ActiveNerfSelector,
         settings=ActiveNerfSettings,
+        needs=("learned_variance",),
     )
 }

@@ -39,6 +39,7 @@ METHODS = {
         chooses="highest",
         build=functools.partial(_build, "fisherrf"),
         settings=InformationSettings,
+        needs=("fisher_diagonal",),
     ),
     "fisherrf4": Method(
         label="FisherRF4",
@@ -52,5 +53,6 @@ METHODS = {
         batches=Batches(views_per_step=4, additions=(1200, 3600, 7200, 12000)),
         build=functools.partial(_build, "fisherrf4"),
         settings=InformationSettings,
+        needs=("fisher_diagonal",),
     ),
 }

@@ -119,5 +119,6 @@ METHODS = {
         chooses="highest",
         build=GaussMiSelector,
         settings=GaussMiSettings,
+        needs=("blending_weights",),
     )
 }

@@ -99,5 +99,6 @@ METHODS = {
         build=GainOracle,
         settings=GainSettings,
         oracle=True,
+        needs=("copy",),
     ),
 }

@@ -61,5 +61,6 @@ METHODS = {
         chooses="highest",
         build=_build,
         settings=PopGsSettings,
+        needs=("fisher_diagonal",),
     )
 }

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from factories import MeanColor, OnlyRenders, named_views, ring, selected, state_of
 
+from avs.representations.capabilities import CAPABILITIES
 from avs.selection import registry
 from avs.selection.contract import PreparesRepresentation, Resources, Truth
 from avs.system.errors import UserError
@@ -123,6 +124,8 @@ def test_metadata_are_complete(identifier):
     assert method.source.endswith(".")
     assert method.oracle == (method.group == "Oracle")
     assert registry.create_settings(identifier, {}) == method.settings()
+    assert set(method.needs) <= CAPABILITIES.keys()
+    assert method.settings().needs in (None, method.needs)
 
 
 @every_method
@@ -170,13 +173,20 @@ def test_a_missing_capability_is_one_line(identifier, weights):
     if method.group in RENDERS_ONLY:
         pytest.skip("needs rendering alone")
     selector = method.build(registry.create_settings(identifier, {}), Resources())
-    try:
+
+    def use(representation):
         if isinstance(selector, PreparesRepresentation):
-            selector.prepare(MeanColor())
-        selected(identifier, selector, make_state(identifier, MeanColor(), ALL), 1)
-    except UserError as error:
-        line = str(error)
-        assert re.fullmatch(f"{identifier}: needs the capability \\w+, which MeanColor lacks; .+", line)
+            selector.prepare(representation)
+        selected(identifier, selector, make_state(identifier, representation, ALL), 1)
+
+    if not method.needs:
+        use(MeanColor())
+        return
+    with pytest.raises(UserError) as caught:
+        use(MeanColor())
+    found = re.fullmatch(f"{identifier}: needs the capability (\\w+), which MeanColor lacks; .+", str(caught.value))
+    assert found
+    assert found[1] in method.needs
 
 
 def test_hidden_photographs_are_shown_to_oracles_alone():

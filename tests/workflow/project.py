@@ -29,14 +29,14 @@ def checkout(folder, linked=CODE, copied=CODE):
     return folder
 
 
-def checkout_open_to_selectors(folder):
-    """Lay out the project in ``folder`` so that a file can be added to ``avs/selectors``; all the rest is linked."""
+def checkout_open_to(folder, room):
+    """Lay out the project in ``folder`` so that files can be added to ``avs/<room>``; all the rest is linked."""
     checkout(folder, linked=("metrics",), copied=())
-    selectors = folder / "avs" / "selectors"
-    selectors.mkdir(parents=True)
-    for target, link in ((ROOT / "avs", folder / "avs"), (ROOT / "avs" / "selectors", selectors)):
+    opened = folder / "avs" / room
+    opened.mkdir(parents=True)
+    for target, link in ((ROOT / "avs", folder / "avs"), (ROOT / "avs" / room, opened)):
         for path in target.iterdir():
-            if path.name not in ("selectors", "__pycache__"):
+            if path.name not in (room, "__pycache__"):
                 (link / path.name).symlink_to(path)
     return folder
 

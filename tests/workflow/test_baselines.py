@@ -9,7 +9,7 @@ import sys
 import pytest
 import yaml
 
-from tests.workflow.project import ROOT, checkout, checkout_open_to_selectors, environment, tiny
+from tests.workflow.project import ROOT, checkout, checkout_open_to, environment, tiny
 
 PAGE = (ROOT / "docs" / "add-a-baseline.md").read_text()
 BLOCKS = dict(re.findall(r"^```\w+ (\S+)\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL))
@@ -19,7 +19,7 @@ COMMANDS = re.findall(r"^```bash\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
 @pytest.fixture(scope="module")
 def followed(finished, tmp_path_factory):
     """A finished run to which the methods of the page have been added."""
-    folder = checkout_open_to_selectors(tmp_path_factory.mktemp("baselines"))
+    folder = checkout_open_to(tmp_path_factory.mktemp("baselines"), "selectors")
     for name in ("results/tiny", ".snakemake"):
         shutil.copytree(finished / name, folder / name)
     for name, text in BLOCKS.items():
