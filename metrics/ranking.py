@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -37,9 +40,7 @@ def spearman(first: npt.ArrayLike, second: npt.ArrayLike) -> Correlation:
     Raises:
         ValueError: the shapes differ, or a number is not finite.
     """
-    pair = _checked(first, second)
-    reason = _undefined(*pair)
-    return Correlation(float(stats.spearmanr(*pair).statistic)) if reason is None else Correlation(None, reason)
+    return _correlation(stats.spearmanr, first, second)
 
 
 def kendall(first: npt.ArrayLike, second: npt.ArrayLike) -> Correlation:
@@ -52,12 +53,15 @@ def kendall(first: npt.ArrayLike, second: npt.ArrayLike) -> Correlation:
     Raises:
         ValueError: the shapes differ, or a number is not finite.
     """
+    # The method concerns the significance, which is not used; the default computes it exactly, and slowly.
+    return _correlation(functools.partial(stats.kendalltau, method="asymptotic"), first, second)
+
+
+def _correlation(statistic: Callable[..., Any], first: npt.ArrayLike, second: npt.ArrayLike) -> Correlation:
+    """Return the statistic of checked numbers, or why they have none."""
     pair = _checked(first, second)
     reason = _undefined(*pair)
-    if reason is not None:
-        return Correlation(None, reason)
-    # The method concerns the significance, which is not used; the default computes it exactly, and slowly.
-    return Correlation(float(stats.kendalltau(*pair, method="asymptotic").statistic))
+    return Correlation(float(statistic(*pair).statistic)) if reason is None else Correlation(None, reason)
 
 
 def _checked(first: npt.ArrayLike, second: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:

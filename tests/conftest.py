@@ -11,21 +11,21 @@ from avs.system.compatibility import prepare_environment
 prepare_environment()
 
 
+def shared(name, what) -> Path:
+    """Return a folder of files that are not part of the repository; skip the test where it is missing."""
+    folder = Path(os.environ.get("AVS_SHARED", Path(__file__).parent.parent / ".." / "shared")) / name
+    if not folder.is_dir():
+        pytest.skip(f"no {what}: {folder} does not exist (AVS_SHARED names the folder above it)")
+    return folder
+
+
 @pytest.fixture(scope="session")
 def shared_scenes() -> Path:
-    """The folder of real photographs in COLMAP layout; they are no part of the repository."""
-    root = Path(os.environ.get("AVS_SHARED", Path(__file__).parent.parent / ".." / "shared"))
-    scenes = root / "scenes"
-    if not scenes.is_dir():
-        pytest.skip(f"no real photographs: {scenes} does not exist (AVS_SHARED names the folder above it)")
-    return scenes
+    """The folder of real photographs in COLMAP layout; they are not part of the repository."""
+    return shared("scenes", "real photographs")
 
 
 @pytest.fixture(scope="session")
 def shared_weights() -> Path:
-    """The folder with the published parameters of NIQE and BRISQUE; they are no part of the repository."""
-    root = Path(os.environ.get("AVS_SHARED", Path(__file__).parent.parent / ".." / "shared"))
-    weights = root / "weights"
-    if not weights.is_dir():
-        pytest.skip(f"no published parameters: {weights} does not exist (AVS_SHARED names the folder above it)")
-    return weights
+    """The folder with the published parameters of NIQE and BRISQUE; they are not part of the repository."""
+    return shared("weights", "published parameters")

@@ -15,12 +15,11 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 import safetensors
-import safetensors.numpy
 from pydantic import Field, ValidationError
 
 from avs.system.errors import UserError
-from avs.system.files import atomic_path, canonical_json
 from avs.system.models import StrictModel
+from avs.system.tensor_files import write_tensors
 
 _FORMAT = "avs-renders-1"
 _REMEDY = "delete it and make the renderings again"
@@ -102,12 +101,7 @@ def write_distortions(path: Path, data: Distortions) -> None:
     arrays: dict[str, npt.NDArray[Any]] = {f"photograph/{i}": image for i, image in enumerate(data.photographs)}
     arrays |= {f"rendering/{j}": image for j, image in enumerate(data.renderings)}
     arrays |= {f"ssim/{j}": code for j, code in enumerate(data.maps)}
-    contiguous = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
-    # safetensors keeps the entries of its metadata in no fixed order, so there is only one.
-    metadata = {"header": canonical_json(header.model_dump(mode="json"))}
-    with atomic_path(path) as temporary:
-        # save_file would put a file of its own there, readable by its owner alone
-        temporary.write_bytes(safetensors.numpy.save(contiguous, metadata=metadata))
+    write_tensors(path, arrays, "header", header.model_dump(mode="json"))
 
 
 def read_distortions(path: Path) -> Distortions:

@@ -6,15 +6,14 @@ import json
 from pathlib import Path
 
 import safetensors
-import safetensors.torch
 from pydantic import TypeAdapter, ValidationError
 
 from avs.iqa.cross_reference.crossscore import is_archive, read_crossscore
 from avs.iqa.cross_reference.network import CrossReferenceNetwork, build_network
 from avs.iqa.cross_reference.scorer_settings import AnyNetwork
 from avs.system.errors import UserError
-from avs.system.files import atomic_path, canonical_json
 from avs.system.models import first_fault
+from avs.system.tensor_files import write_tensors
 from avs.system.weights.cache import damage, find
 
 _FORMAT = "avs-cross-reference-1"
@@ -24,12 +23,8 @@ _REMEDY = "delete it and train the scorer again"
 
 def save_network(path: Path, network: CrossReferenceNetwork) -> None:
     """Write the weights and the architecture to ``path``, whole or not at all; equal networks give equal bytes."""
-    state = {key: value.detach().cpu().contiguous() for key, value in network.state_dict().items()}
-    # safetensors keeps the entries of its header in no fixed order, so there is only one.
-    header = {"network": canonical_json({"format": _FORMAT, "settings": network.settings.model_dump(mode="json")})}
-    with atomic_path(path) as temporary:
-        # save_file would put a file of its own there, readable by its owner alone
-        temporary.write_bytes(safetensors.torch.save(state, metadata=header))
+    state = {key: value.detach().cpu().numpy() for key, value in network.state_dict().items()}
+    write_tensors(path, state, "network", {"format": _FORMAT, "settings": network.settings.model_dump(mode="json")})
 
 
 def load_network(path: Path, backbone: str | None = None) -> CrossReferenceNetwork:

@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import safetensors
-import safetensors.torch
 
 from avs.iqa.no_reference.niqe import FEATURES, Gaussian, checked, local_statistics, luminance, patch_features
 from avs.iqa.no_reference.niqe_settings import FitSettings
 from avs.iqa.resizing import Pixels, resized, to_tensor
 from avs.scene.scene import read_scene
 from avs.system.errors import UserError
-from avs.system.files import atomic_path, canonical_json
+from avs.system.tensor_files import write_tensors
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -120,13 +119,7 @@ def fit(features: np.ndarray[tuple[int, int], np.dtype[np.float64]], patch: int)
 
 def write_fitted(path: Path, gaussian: Gaussian, card: dict[str, object]) -> None:
     """Write parameters with what they were fitted on; equal content gives equal bytes."""
-    import torch
-
-    tensors = {"mean": torch.from_numpy(gaussian.mean), "covariance": torch.from_numpy(gaussian.covariance)}
-    # safetensors keeps the entries of its header in no fixed order, so there is only one.
-    header = {"niqe": canonical_json(card)}
-    with atomic_path(path) as temporary:
-        temporary.write_bytes(safetensors.torch.save(tensors, metadata=header))
+    write_tensors(path, {"mean": gaussian.mean, "covariance": gaussian.covariance}, "niqe", card)
 
 
 def read_fitted(path: Path) -> FittedParameters:
