@@ -5,10 +5,12 @@ import pytest
 import torch
 from factories import named_views
 
+from avs.rasterizer.losses import prepare_target
 from avs.representations.gaussians.gaussian_settings import Densification, GaussianSettings, InitialPoints
 from avs.representations.gaussians.initialization import PointCloud
 from avs.representations.gaussians.splats import GaussianSplats, build
 from avs.scene.cameras import Cameras
+from avs.scene.views import Views
 from avs.system.errors import UserError
 from tests.factories import ring, small_scene
 
@@ -109,7 +111,7 @@ def test_a_wrong_checkpoint_is_refused(views, tmp_path):
     from safetensors.torch import save_file
 
     save_file({"x": torch.zeros(2)}, path)
-    with pytest.raises(UserError, match="no checkpoint of Gaussians"):
+    with pytest.raises(UserError, match="is not a checkpoint of Gaussians"):
         splats().load(path)
 
 
@@ -128,7 +130,7 @@ def test_new_views_enter_at_once(views):
 def test_views_of_mixed_sizes(views):
     small = ring(6, size=(20, 30))[:2]
     images = tuple(np.full((30, 20, 3), 128, dtype=np.uint8) for _ in range(2))
-    mixed = views.extended(named_views(small, images))
+    mixed = views.extended(Views(small, images, ("small_0.png", "small_1.png")))
     representation = splats()
     representation.fit(mixed, 10)
     assert representation.iteration == 10
@@ -200,3 +202,19 @@ def test_build_takes_the_points_of_the_scene(tmp_path):
     if not torch.cuda.is_available():
         with pytest.raises(UserError, match="not available"):
             build(scene, captured, settings, 0, "cuda")
+
+
+def test_a_photograph_is_converted_once_under_its_name(views, monkeypatch):
+    converted = []
+
+    def prepare(image, device):
+        converted.append(image)
+        return prepare_target(image, device)
+
+    monkeypatch.setattr("avs.representations.gaussians.splats.prepare_target", prepare)
+    representation = splats()
+    representation.fit(views[[0, 1]], 1)
+    read_again = Views(views.cameras, tuple(image.copy() for image in views.images), views.names)
+    representation.fit(read_again[[0, 1, 2]], 1)
+    assert [image is view for image, view in zip(converted, views.images, strict=False)] == [True, True, False]
+    assert len(converted) == 3

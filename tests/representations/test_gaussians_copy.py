@@ -62,7 +62,7 @@ def test_fitting_a_copy_changes_nothing_of_the_original(fitted, tmp_path):
 
 
 def test_photographs_are_shared(fitted):
-    splats, _ = fitted
-    for (image, target), (own_image, own_target) in zip(splats.copy()._targets, splats._targets, strict=True):
-        assert image is own_image
-        assert target is own_target
+    splats, views = fitted
+    twin = splats.copy()
+    assert list(twin._targets) == list(splats._targets) == list(views.names)
+    assert all(twin._targets[name] is target for name, target in splats._targets.items())

@@ -20,7 +20,6 @@ from avs.system.models import StrictModel, first_fault
 class CheckpointState(StrictModel):
     """Everything but tensors that further steps depend on."""
 
-    kind: Literal["gaussians"] = "gaussians"
     version: Literal[1] = 1
     settings: GaussianSettings
     extent: float

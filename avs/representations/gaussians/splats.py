@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -89,7 +89,7 @@ class GaussianSplats:
         self._optimizers = create_optimizers(self.parameters, settings, extent)
         self._density = DensityControl(settings.densification, extent)
         self._background = torch.tensor([settings.background], dtype=torch.float32, device=self._device)
-        self._targets: list[tuple[npt.NDArray[np.uint8], Target]] = []
+        self._targets: dict[str, Target] = {}
         self._queue: list[int] = []
         self._view_count = 0
 
@@ -124,12 +124,12 @@ class GaussianSplats:
         Raises:
             UserError: parameters stopped being finite, or every Gaussian was pruned.
         """
-        self._prepare(views)
+        targets = self._prepared(views)
         for _ in range(iterations):
             if not self._queue:
                 self._queue = [int(index) for index in self._generator.permutation(len(views))]
             index = self._queue.pop()
-            self._step(self._targets[index][1], views.cameras[index])
+            self._step(targets[index], views.cameras[index])
             if self.iteration % CHECK_EVERY == 0 or not self.primitives:
                 self._check()
         self._check()
@@ -145,7 +145,10 @@ class GaussianSplats:
             raise ValueError(f"expected cameras of one image size, got {len(sizes)} sizes")
         batches = [cameras[i : i + CAMERAS_PER_BATCH] for i in range(0, len(cameras), CAMERAS_PER_BATCH)]
         with torch.no_grad():
-            rendered = [self._rasterize(batch, self.sh_degree, "RGB+ED")[:2] for batch in batches]
+            rendered = [
+                rasterization(**self._arguments(batch, self.sh_degree), packed=False, render_mode="RGB+ED")[:2]
+                for batch in batches
+            ]
         image = torch.cat([image for image, _ in rendered]).cpu()
         alpha = torch.cat([alpha for _, alpha in rendered]).cpu()[..., 0]
         depth = torch.where(alpha > 0, image[..., 3], torch.zeros(()))
@@ -155,8 +158,7 @@ class GaussianSplats:
 
     def copy(self) -> GaussianSplats:
         """Return an independent copy that goes on with the same bits; photographs, which never change, are shared."""
-        shared = {id(part): part for pair in self._targets for part in pair}
-        return copy.deepcopy(self, dict(shared))
+        return copy.deepcopy(self, {id(target): target for target in self._targets.values()})
 
     def fisher_diagonal(self, cameras: Cameras, chain: str, parameters: Sequence[str]) -> Iterator[FisherInformation]:
         """Yield the diagonal Fisher information of one camera after another: see ``information.parameter_fisher``."""
@@ -242,15 +244,19 @@ class GaussianSplats:
         self._queue, self._view_count = list(state.queue), state.view_count
         self._generator.bit_generator.state = state.generator
 
-    def _prepare(self, views: Views) -> None:
-        """Convert images that are new; begin a new order of views where their number changed."""
-        known = {id(image): target for image, target in self._targets}
-        self._targets = [
-            (image, known[id(image)] if id(image) in known else prepare_target(image, self._device))
-            for image in views.images
-        ]
+    def _prepared(self, views: Views) -> list[Target]:
+        """Return the photographs as the loss takes them, each converted once and kept under its name while it is used.
+
+        Where the number of views changed, a new order of them begins.
+        """
+        known = self._targets
+        self._targets = {
+            name: known[name] if name in known else prepare_target(image, self._device)
+            for name, image in zip(views.names, views.images, strict=True)
+        }
         if len(views) != self._view_count:
             self._queue, self._view_count = [], len(views)
+        return [self._targets[name] for name in views.names]
 
     def _step(self, target: Target, camera: Cameras) -> None:
         step = self.iteration + 1
@@ -264,11 +270,6 @@ class GaussianSplats:
             optimizer.step()
             optimizer.zero_grad()
         self.iteration = step
-
-    def _rasterize(
-        self, cameras: Cameras, degree: int, mode: Literal["RGB", "RGB+ED"]
-    ) -> tuple[Tensor, Tensor, dict[str, Any]]:
-        return rasterization(**self._arguments(cameras, degree), packed=False, render_mode=mode)
 
     def _arguments(self, cameras: Cameras, degree: int) -> dict[str, Any]:
         """Return the arguments with which the rasteriser renders cameras of one image size."""
