@@ -5,7 +5,7 @@ Run from the root of the repository: ``python tests/benchmarks/bench_rasterizati
 The workloads are cubes of random Gaussians 2.5 units before the camera, 60 degrees of horizontal field of view, black
 background; the loss is the mean absolute difference from an image of noise. Three renderers:
 
-* ``ours``: ``avs.representations.gaussians.rasterization``.
+* ``ours``: ``avs.rasterizer.rasterization``.
 * ``gsplat``: gsplat's public torch functions, its projection and its ``accumulate``. Two things that these need have
   no CPU version and are replaced here: the CUDA kernel that lists the pairs of pixels and Gaussians, and nerfacc's two
   functions. So this is a renderer in the style of gsplat, not a property of gsplat.
