@@ -1,46 +1,27 @@
 """Front-to-back alpha blending of projected Gaussians over 8x8 tiles, forward pass.
 
-A tile's 64 pixels are four vectors of sixteen (two rows of eight). For each vector and each Gaussian of the tile's
-list, the exponent of the opacity is compared with its threshold first, so that all else is skipped where none of the
-sixteen pixels is touched. A pixel that has stopped, or lies outside the image, has a negative transmittance.
+For each block of sixteen pixels and each Gaussian of the tile's list, the exponent of the opacity is compared with its
+threshold first, so that all else is skipped where none of the sixteen is touched.
 """
 
 import numpy as np
 
+from avs.rasterizer.blending_decision import (
+    BLOCKS,
+    PIXELS,
+    PREFETCH,
+    attenuate,
+    column_terms,
+    live_blocks,
+    pixel_centres,
+    start_tile,
+    touch,
+)
 from avs.rasterizer.kernels import Floats, Integers, Number, inline, kernel
-from avs.rasterizer.simd import LANES, any_of, exp2, fma, minimum, where
+from avs.rasterizer.simd import LANES, any_of, fma, where
 from avs.rasterizer.simd_memory import aligned_full, load, prefetch, store
-from avs.rasterizer.splat_records import COLOR, LOG2_ALPHA_MIN, LOG_OPACITY, XX, XY, YY, X, Y
+from avs.rasterizer.splat_records import COLOR
 from avs.rasterizer.tiles import TILE, grown, tile_lists
-
-PIXELS = TILE * TILE
-BLOCKS = PIXELS // LANES
-# Opacity is held below 1, so that the transmittance stays above 0 (gsplat 1.5.3; 3DGS and FisherRF have 0.99).
-ALPHA_MAX = 0.999
-# A pixel stops at the Gaussian that would bring its transmittance to this or below; that one is not blended.
-TRANSMITTANCE_MIN = 1e-4
-# How many entries of a list ahead a record is fetched into the cache.
-PREFETCH = 4
-
-
-@inline
-def pixel_centres() -> tuple[Number, Number]:
-    """Return the columns and rows of the centres of a tile's first sixteen pixels, from the tile's corner."""
-    numbers = np.empty(2 * LANES, np.float32)
-    for lane in range(LANES):
-        numbers[lane] = np.float32(lane % TILE) + np.float32(0.5)
-        numbers[LANES + lane] = np.float32(lane // TILE) + np.float32(0.5)
-    return load(numbers, 0), load(numbers, LANES)
-
-
-@inline
-def live_blocks(transmittance: Floats, base: int) -> int:
-    """Return a bit for each of a tile's four blocks that has a pixel which has not stopped."""
-    live = 0
-    for block in range(BLOCKS):
-        if any_of(load(transmittance, base + block * LANES) > 0.0):
-            live |= 1 << block
-    return live
 
 
 @inline
@@ -55,30 +36,19 @@ def _blend_tile(
     for e in range(start, end):
         prefetch(flat, entries[min(e + PREFETCH, end - 1)] * width)
         at = entries[e] * width
-        dx = x - flat[at + X]
-        quadratic = (flat[at + XX] * dx) * dx
-        mixed = flat[at + XY] * dx
-        log_opacity = flat[at + LOG_OPACITY]
+        _, quadratic, mixed, log_opacity = column_terms(flat, at, x)
         stopped = False
         for block in range(BLOCKS):
             if not live & (1 << block):
                 continue
-            dy = y - (flat[at + Y] - np.float32(2 * block))
-            power = fma(dy, fma(dy, flat[at + YY], mixed), quadratic)
-            exponent = power + log_opacity
-            light = load(transmittance, base + block * LANES)
-            # rounding may make the quadratic form of a long, thin Gaussian positive; gsplat skips such pixels, too
-            touched = (exponent >= LOG2_ALPHA_MIN) & (power <= 0.0) & (light > 0.0)
+            here = base + block * LANES
+            light = load(transmittance, here)
+            _, exponent, touched = touch(flat, at, y, block, quadratic, mixed, log_opacity, light, 0.0)
             if any_of(touched):
-                alpha = minimum(exp2(exponent), ALPHA_MAX)
-                onward = light * (1.0 - alpha)
-                blended = touched & (onward > TRANSMITTANCE_MIN)
-                stops = touched & (onward <= TRANSMITTANCE_MIN)
+                _, alpha, _, blended, left, stops = attenuate(exponent, touched, light)
+                store(transmittance, here, left)
+                stopped |= stops
                 weight = where(blended, alpha * light, 0.0)
-                store(transmittance, base + block * LANES, where(blended, onward, light))
-                if any_of(stops):
-                    store(transmittance, base + block * LANES, where(blended, onward, where(stops, -light, light)))
-                    stopped = True
                 for c in range(len(channels)):
                     at_pixel = base * planes + c * PIXELS + block * LANES
                     store(pixels, at_pixel, fma(weight, flat[at + COLOR + c], load(pixels, at_pixel)))
@@ -125,10 +95,7 @@ def blend(
     for tile in range(tiles):
         x, y = TILE * (tile % columns), TILE * (tile // columns)
         if x + TILE > width or y + TILE > height:
-            for p in range(PIXELS):
-                if x + p % TILE >= width or y + p // TILE >= height:
-                    transmittance[tile * PIXELS + p] = np.float32(-1.0)
-            live[tile] = live_blocks(transmittance, tile * PIXELS)
+            live[tile] = start_tile(transmittance, tile * PIXELS, x, y, width, height)
     column, row = pixel_centres()
     budget = max(32768, 8 * tiles)
     entries = np.empty(2 * budget, np.int32)

@@ -8,7 +8,7 @@ the pixel's channels and alpha), the sum R = sum_j w_j u_j is known from the ren
 A channel of squared weights, sum_j c_j w_j^2, adds 2 c_j w_j v to u_j, or nothing where it is to move no Gaussian.
 
 So no list of blended Gaussians is kept and no transmittance is divided out; the opacities are recomputed by the very
-expressions of the forward pass, and each pixel stops where it stopped there.
+functions of the forward pass, and each pixel stops where it stopped there.
 
 With g = alpha_i dL/d alpha_i, all gradients of centre, conic and opacity are linear in the sums over pixels of g, g dx,
 g dy, g dx^2, g dx dy and g dy^2; only those six are accumulated. As one thread goes through the tiles in order, sums
@@ -17,19 +17,22 @@ are always taken in the same order.
 
 import numpy as np
 
-from avs.rasterizer.blending import (
-    ALPHA_MAX,
+from avs.rasterizer.blending_decision import (
     BLOCKS,
     PIXELS,
     PREFETCH,
-    TRANSMITTANCE_MIN,
+    attenuate,
+    column_terms,
     live_blocks,
     pixel_centres,
-)  # fmt: skip
+    start_tile,
+    touch,
+)
+from avs.rasterizer.constants import ALPHA_MAX
 from avs.rasterizer.kernels import Floats, Integers, Number, inline, kernel
-from avs.rasterizer.simd import LANES, absolute, any_of, broadcast, exp2, fma, minimum, where
+from avs.rasterizer.simd import LANES, absolute, any_of, broadcast, fma, where
 from avs.rasterizer.simd_memory import add_row_sums, aligned_empty, aligned_full, load, prefetch, store
-from avs.rasterizer.splat_records import COLOR, LOG2_ALPHA_MIN, LOG2_E, LOG_OPACITY, XX, XY, YY, X, Y
+from avs.rasterizer.splat_records import COLOR, LOG2_E, XX, XY, YY
 from avs.rasterizer.tiles import TILE
 
 # Columns of the sums kept for each Gaussian; from CHANNELS on the gradients of the channels, plain ones before those of
@@ -49,16 +52,14 @@ def _load_tile(
     """Fill the scratch memory for a tile whose first pixel is (x, y). Return the live blocks."""
     height, width = v_alpha.shape
     planes = len(channels) + len(squares)
-    live = 0
+    live: int = start_tile(scratch, _LIGHT, x, y, width, height)
     for p in range(PIXELS):
         column, row = x + p % TILE, y + p // TILE
-        if column >= width or row >= height:
-            scratch[_LIGHT + p] = np.float32(-1.0)
+        if scratch[_LIGHT + p] < 0:
             scratch[_REST + p] = scratch[_V_ALPHA + p] = np.float32(0.0)
             for c in range(planes):
                 scratch[_V_COLOR + c * PIXELS + p] = np.float32(0.0)
             continue
-        live |= 1 << (p // LANES)
         v = v_alpha[row, column]
         rest = np.float32(0.0)
         for c in range(len(channels)):
@@ -70,7 +71,6 @@ def _load_tile(
             v_channel = v_image[row, column, c]
             scratch[_V_COLOR + c * PIXELS + p] = v_channel
             rest += np.float32(2.0 * through) * v_channel * pixels[(tile * planes + c) * PIXELS + p]
-        scratch[_LIGHT + p] = np.float32(1.0)
         scratch[_V_ALPHA + p] = v
         scratch[_REST + p] = rest + v * (np.float32(1.0) - abs(transmittance[tile * PIXELS + p]))
     return live
@@ -96,10 +96,7 @@ def _gradients_of_tile(
         prefetch(flat, ahead * width)
         prefetch(flat_sums, ahead * sums.shape[1])
         at = entries[e] * width
-        dx = x - flat[at + X]
-        quadratic = (flat[at + XX] * dx) * dx
-        mixed = flat[at + XY] * dx
-        log_opacity = flat[at + LOG_OPACITY]
+        dx, quadratic, mixed, log_opacity = column_terms(flat, at, x)
         stopped = False
         blends = False
         sum_0 = broadcast(0.0)
@@ -113,23 +110,14 @@ def _gradients_of_tile(
             if not live & (1 << block):
                 continue
             here = block * LANES
-            dy = y - (flat[at + Y] - np.float32(2 * block))
-            power = fma(dy, fma(dy, flat[at + YY], mixed), quadratic)
-            exponent = power + log_opacity
             light = load(scratch, _LIGHT + here)
-            touched = (exponent >= LOG2_ALPHA_MIN) & (power <= 0.0) & (light > 0.0)
+            dy, exponent, touched = touch(flat, at, y, block, quadratic, mixed, log_opacity, light, 0.0)
             if any_of(touched):
-                unclamped = exp2(exponent)
-                alpha = minimum(unclamped, ALPHA_MAX)
-                onward = light * (1.0 - alpha)
-                blended = touched & (onward > TRANSMITTANCE_MIN)
-                stops = touched & (onward <= TRANSMITTANCE_MIN)
-                weight = where(blended, alpha * light, 0.0)
-                store(scratch, _LIGHT + here, where(blended, onward, light))
-                if any_of(stops):
-                    store(scratch, _LIGHT + here, where(blended, onward, where(stops, -light, light)))
-                    stopped = True
+                unclamped, alpha, onward, blended, left, stops = attenuate(exponent, touched, light)
+                store(scratch, _LIGHT + here, left)
+                stopped |= stops
                 blends = True
+                weight = where(blended, alpha * light, 0.0)
                 inner = load(scratch, _V_ALPHA + here)
                 for c in range(len(channels)):
                     v_channel = load(scratch, _V_COLOR + c * PIXELS + here)

@@ -8,11 +8,49 @@ squares a quadratic form of the moments. The letters are those of ``fisher_momen
 import numpy as np
 
 from avs.rasterizer.ewa import project_backward
-from avs.rasterizer.fisher_moments import MOMENTS, WEIGHT
+from avs.rasterizer.fisher_moments import (
+    G00,
+    G01,
+    G02,
+    G03,
+    G04,
+    G10,
+    G11,
+    G12,
+    G13,
+    G20,
+    G21,
+    G22,
+    G30,
+    G31,
+    G40,
+    MOMENTS,
+    W00,
+    W01,
+    W02,
+    W10,
+    W11,
+    W20,
+    WEIGHT,
+)
+from avs.rasterizer.gaussian_rows import (
+    COMPENSATION,
+    CONIC,
+    MEAN,
+    QUAT,
+    ROWS,
+    SCALE,
+    gather_gaussian,
+    load_gaussian,
+)
 from avs.rasterizer.kernels import Floats, Integers, Number, Numbers, inline, kernel
 from avs.rasterizer.simd import LANES, broadcast
-from avs.rasterizer.simd_memory import load, store
+from avs.rasterizer.simd_memory import load, load_rows, store_rows
 from avs.rasterizer.spherical_harmonics import basis_gradient, evaluate_basis
+
+# Where the rows of one combination of ``units`` begin: the factors of the derivatives of centre in the image (2), conic
+# (3) and compensation.
+_OF_IMAGE, _OF_CONIC, _OF_COMPENSATION = (LANES * row for row in (0, 2, 5))
 
 
 @inline
@@ -23,11 +61,15 @@ def _sum_of_squares(
 
     Rounding may make a sum of squares that is 0 slightly negative; the bound prevents it.
     """
-    total: float = x * (x * m[9] + 2.0 * (u * m[6] + xx * m[12] + xu * m[10] + uu * m[7]))
-    total += u * (u * m[2] + 2.0 * (xx * m[10] + xu * m[7] + uu * m[3]))
-    total += xx * (xx * m[14] + 2.0 * (xu * m[13] + uu * m[11])) + xu * (xu * m[11] + 2.0 * uu * m[8]) + uu * uu * m[4]
-    total += one * (one * m[0] + 2.0 * (x * m[5] + u * m[1] + xx * m[9] + xu * m[6] + uu * m[2]))
-    mixed = x * m[18] + u * m[16] + xx * m[20] + xu * m[19] + uu * m[17] + one * m[15]
+    total: float = x * (x * m[G20] + 2.0 * (u * m[G11] + xx * m[G30] + xu * m[G21] + uu * m[G12]))
+    total += u * (u * m[G02] + 2.0 * (xx * m[G21] + xu * m[G12] + uu * m[G03]))
+    total += (
+        xx * (xx * m[G40] + 2.0 * (xu * m[G31] + uu * m[G22]))
+        + xu * (xu * m[G22] + 2.0 * uu * m[G13])
+        + uu * uu * m[G04]
+    )
+    total += one * (one * m[G00] + 2.0 * (x * m[G10] + u * m[G01] + xx * m[G20] + xu * m[G11] + uu * m[G02]))
+    mixed = x * m[W10] + u * m[W01] + xx * m[W20] + xu * m[W11] + uu * m[W02] + one * m[W00]
     total += color * (color * m[WEIGHT] + 2.0 * mixed)
     return max(total, 0.0)
 
@@ -55,30 +97,15 @@ def _derivatives(
     rows: Floats, pose: Numbers, lens: Numbers, eps2d: Number, units: Floats, at: int, jacobian: Floats, to: int,
 ) -> None:  # fmt: skip
     """Store the derivatives by centre, quaternion and scale of the combination at ``at`` of ``units``."""
+    mean, quat, scale = load_gaussian(rows)
     v_mean, v_quat, v_scale, _ = project_backward(
-        (load(rows, 0), load(rows, 16), load(rows, 32)),
-        (load(rows, 48), load(rows, 64), load(rows, 80), load(rows, 96)),
-        (load(rows, 112), load(rows, 128), load(rows, 144)),
-        pose,
-        lens,
-        eps2d,
-        (load(rows, 160), load(rows, 176), load(rows, 192)),
-        load(rows, 208),
-        (load(units, at), load(units, at + 16)),
-        broadcast(0.0),
-        (load(units, at + 32), load(units, at + 48), load(units, at + 64)),
-        load(units, at + 80),
-    )
-    store(jacobian, to, v_mean[0])
-    store(jacobian, to + 16, v_mean[1])
-    store(jacobian, to + 32, v_mean[2])
-    store(jacobian, to + 48, v_quat[0])
-    store(jacobian, to + 64, v_quat[1])
-    store(jacobian, to + 80, v_quat[2])
-    store(jacobian, to + 96, v_quat[3])
-    store(jacobian, to + 112, v_scale[0])
-    store(jacobian, to + 128, v_scale[1])
-    store(jacobian, to + 144, v_scale[2])
+        mean, quat, scale, pose, lens, eps2d, load_rows(rows, CONIC, 3), load(rows, COMPENSATION),
+        load_rows(units, at + _OF_IMAGE, 2), broadcast(0.0), load_rows(units, at + _OF_CONIC, 3),
+        load(units, at + _OF_COMPENSATION),
+    )  # fmt: skip
+    store_rows(jacobian, to + MEAN, v_mean)
+    store_rows(jacobian, to + QUAT, v_quat)
+    store_rows(jacobian, to + SCALE, v_scale)
 
 
 # Long because sixteen Gaussians are gathered into vectors and scattered again, as in ``projection.py``.
@@ -94,7 +121,7 @@ def apply_chain(
     Quaternions are left out where ``of_quats`` has no rows.
     """
     size = len(gaussians)
-    rows = np.empty(14 * LANES, np.float32)
+    rows = np.empty(ROWS, np.float32)
     units = np.zeros((6, 6, LANES), np.float32)
     # derivative of coefficient q by parameter p for one of the sixteen: [q, p, lane]
     jacobian = np.zeros((6, 10, LANES), np.float32)
@@ -107,13 +134,10 @@ def apply_chain(
         for lane in range(LANES):
             r = min(start + lane, size - 1)
             i = gaussians[r]
+            gather_gaussian(rows, lane, means, quats, scales, i)
             for k in range(3):
-                rows[k * LANES + lane] = means[i, k]
-                rows[(7 + k) * LANES + lane] = scales[i, k]
-                rows[(10 + k) * LANES + lane] = conics[i, k]
-            for k in range(4):
-                rows[(3 + k) * LANES + lane] = quats[i, k]
-            rows[13 * LANES + lane] = compensations[i]
+                rows[CONIC + k * LANES + lane] = conics[i, k]
+            rows[COMPENSATION + lane] = compensations[i]
             t = np.float64(shears[places[r]])
             a, b, c = np.float64(conics[i, 0]), np.float64(conics[i, 1]), np.float64(conics[i, 2])
             _set_units(units, lane, t, a, b, c, np.float64(compensations[i]))
@@ -156,4 +180,4 @@ def apply_chain(
                     of_quats[r, p - 3] = value
                 else:
                     of_scales[r, p - 7] = value
-            of_opacities[r] = m[0] / np.float64(opacities[i]) ** 2
+            of_opacities[r] = m[G00] / np.float64(opacities[i]) ** 2

@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 
 from avs.rasterizer.blending import blend
+from avs.rasterizer.constants import BLUR, FAR_PLANE, NEAR_PLANE
 from avs.rasterizer.fisher_chain import apply_chain
 from avs.rasterizer.fisher_moments import WEIGHT, second_moments
 from avs.rasterizer.kernels import Floats, Integers
@@ -55,9 +56,9 @@ def fisher_diagonal(
     height: int,
     sh_degree: int,
     background: Tensor | None = None,
-    near_plane: float = 0.01,
-    far_plane: float = 1e10,
-    eps2d: float = 0.3,
+    near_plane: float = NEAR_PLANE,
+    far_plane: float = FAR_PLANE,
+    eps2d: float = BLUR,
     rasterize_mode: Literal["classic", "antialiased"] = "classic",
     rotations: bool = True,
 ) -> FisherDiagonal:

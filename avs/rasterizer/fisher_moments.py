@@ -14,27 +14,33 @@ and the derivative by its short axis would be a small difference of large sums. 
 
 import numpy as np
 
-from avs.rasterizer.blending import (
-    ALPHA_MAX,
+from avs.rasterizer.blending_decision import (
     BLOCKS,
     PIXELS,
     PREFETCH,
-    TRANSMITTANCE_MIN,
+    attenuate,
+    column_terms,
     live_blocks,
     pixel_centres,
-)  # fmt: skip
+    start_tile,
+    touch,
+)
+from avs.rasterizer.constants import ALPHA_MAX
 from avs.rasterizer.kernels import Floats, Integers, Number, inline, kernel
-from avs.rasterizer.simd import LANES, any_of, broadcast, exp2, fma, minimum, where
-from avs.rasterizer.simd_memory import add_row_sums, aligned_empty, aligned_full, load, prefetch, store
-from avs.rasterizer.splat_records import COLOR, LOG2_ALPHA_MIN, LOG_OPACITY, XX, XY, YY, X, Y
+from avs.rasterizer.simd import LANES, any_of, broadcast, fma, where
+from avs.rasterizer.simd_memory import add_row_sums, aligned_empty, aligned_full, load, prefetch, store, store_rows
+from avs.rasterizer.splat_records import COLOR
 from avs.rasterizer.tiles import TILE
 
-# Columns of the moments: g^2 dx^i u^j in the order (0, 0) ... (0, 4), (1, 0) ... (1, 3), ... (4, 0); then g w dx^i u^j
-# in the order (0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (2, 0); then w^2.
-WEIGHT = 21
+# Columns of the moments: Gij that of g^2 dx^i u^j, Wij that of g w dx^i u^j, WEIGHT that of w^2.
+G00, G01, G02, G03, G04, G10, G11, G12, G13, G20, G21, G22, G30, G31, G40 = range(15)
+W00, W01, W02, W10, W11, W20, WEIGHT = range(15, 22)
 MOMENTS = 22
 _LIKE = (0,) * MOMENTS
 _WIDTH = 32
+
+# Layout of a tile's scratch memory: transmittance and remaining sum of its pixels, one row for each of the moments.
+_LIGHT, _REST, _SUMS, _SCRATCH = 0, PIXELS, 2 * PIXELS, 2 * PIXELS + MOMENTS * LANES
 
 
 @kernel
@@ -49,16 +55,14 @@ def second_moments(
     """
     columns, rows = (width + TILE - 1) // TILE, (height + TILE - 1) // TILE
     moments: Floats = aligned_full(len(records) * _WIDTH, 0.0).reshape((len(records), _WIDTH))
-    scratch = aligned_empty(2 * PIXELS + len(_LIKE) * LANES)
+    scratch = aligned_empty(_SCRATCH)
     column, row = pixel_centres()
     for tile in range(columns * rows):
         x, y = TILE * (tile % columns), TILE * (tile // columns)
+        live = start_tile(scratch, _LIGHT, x, y, width, height)
         for p in range(PIXELS):
-            inside = x + p % TILE < width and y + p // TILE < height
-            scratch[p] = np.float32(1.0) if inside else np.float32(-1.0)
             blended = np.float32(1.0) - abs(transmittance[tile * PIXELS + p])
-            scratch[PIXELS + p] = pixels[tile * PIXELS + p] - background * blended
-        live = (1 << BLOCKS) - 1
+            scratch[_REST + p] = pixels[tile * PIXELS + p] - background * blended
         for chunk in range(len(offsets)):
             if live:
                 live = _moments_of_tile(
@@ -83,9 +87,7 @@ def _moments_of_tile(
         prefetch(flat_moments, ahead * _WIDTH)
         place = entries[e]
         at = place * records.shape[1]
-        dx = x - flat[at + X]
-        quadratic = (flat[at + XX] * dx) * dx
-        mixed = flat[at + XY] * dx
+        dx, quadratic, mixed, log_opacity = column_terms(flat, at, x)
         leaning = shears[place] * dx
         inner = flat[at + COLOR] - background
         stopped = False
@@ -95,25 +97,16 @@ def _moments_of_tile(
             if not live & (1 << block):
                 continue
             here = block * LANES
-            dy = y - (flat[at + Y] - np.float32(2 * block))
-            power = fma(dy, fma(dy, flat[at + YY], mixed), quadratic)
-            exponent = power + flat[at + LOG_OPACITY]
-            light = load(scratch, here)
-            touched = (exponent >= LOG2_ALPHA_MIN) & (power <= 0.0) & (light > 0.0)
+            light = load(scratch, _LIGHT + here)
+            dy, exponent, touched = touch(flat, at, y, block, quadratic, mixed, log_opacity, light, 0.0)
             if any_of(touched):
-                unclamped = exp2(exponent)
-                alpha = minimum(unclamped, ALPHA_MAX)
-                onward = light * (1.0 - alpha)
-                blended = touched & (onward > TRANSMITTANCE_MIN)
-                stops = touched & (onward <= TRANSMITTANCE_MIN)
-                weight = where(blended, alpha * light, 0.0)
-                store(scratch, here, where(blended, onward, light))
-                if any_of(stops):
-                    store(scratch, here, where(blended, onward, where(stops, -light, light)))
-                    stopped = True
+                unclamped, alpha, onward, blended, left, stops = attenuate(exponent, touched, light)
+                store(scratch, _LIGHT + here, left)
+                stopped |= stops
                 blends = True
-                rest = load(scratch, PIXELS + here) - weight * inner
-                store(scratch, PIXELS + here, rest)
+                weight = where(blended, alpha * light, 0.0)
+                rest = load(scratch, _REST + here) - weight * inner
+                store(scratch, _REST + here, rest)
                 v_alpha = (onward * inner - rest) / (1.0 - alpha)
                 g = where(blended & (unclamped <= ALPHA_MAX), alpha * v_alpha, 0.0)
                 u = dy + leaning
@@ -128,36 +121,22 @@ def _moments_of_tile(
                 c2 = fma(cross, u2, c2)
                 weights = fma(weight, weight, weights)
         if blends:
-            rows = 2 * PIXELS
-            store(scratch, rows, s0)
-            store(scratch, rows + LANES, s1)
-            store(scratch, rows + 2 * LANES, s2)
-            store(scratch, rows + 3 * LANES, s3)
-            store(scratch, rows + 4 * LANES, s4)
+            store_rows(scratch, _SUMS + G00 * LANES, (s0, s1, s2, s3, s4))
             s0, s1, s2, s3 = s0 * dx, s1 * dx, s2 * dx, s3 * dx
-            store(scratch, rows + 5 * LANES, s0)
-            store(scratch, rows + 6 * LANES, s1)
-            store(scratch, rows + 7 * LANES, s2)
-            store(scratch, rows + 8 * LANES, s3)
+            store_rows(scratch, _SUMS + G10 * LANES, (s0, s1, s2, s3))
             s0, s1, s2 = s0 * dx, s1 * dx, s2 * dx
-            store(scratch, rows + 9 * LANES, s0)
-            store(scratch, rows + 10 * LANES, s1)
-            store(scratch, rows + 11 * LANES, s2)
+            store_rows(scratch, _SUMS + G20 * LANES, (s0, s1, s2))
             s0, s1 = s0 * dx, s1 * dx
-            store(scratch, rows + 12 * LANES, s0)
-            store(scratch, rows + 13 * LANES, s1)
-            store(scratch, rows + 14 * LANES, s0 * dx)
-            store(scratch, rows + 15 * LANES, c0)
-            store(scratch, rows + 16 * LANES, c1)
-            store(scratch, rows + 17 * LANES, c2)
+            store_rows(scratch, _SUMS + G30 * LANES, (s0, s1))
+            store(scratch, _SUMS + G40 * LANES, s0 * dx)
+            store_rows(scratch, _SUMS + W00 * LANES, (c0, c1, c2))
             c0, c1 = c0 * dx, c1 * dx
-            store(scratch, rows + 18 * LANES, c0)
-            store(scratch, rows + 19 * LANES, c1)
-            store(scratch, rows + 20 * LANES, c0 * dx)
-            store(scratch, rows + WEIGHT * LANES, weights)
-            add_row_sums(scratch, rows, _LIKE, flat_moments, place * _WIDTH)
+            store_rows(scratch, _SUMS + W10 * LANES, (c0, c1))
+            store(scratch, _SUMS + W20 * LANES, c0 * dx)
+            store(scratch, _SUMS + WEIGHT * LANES, weights)
+            add_row_sums(scratch, _SUMS, _LIKE, flat_moments, place * _WIDTH)
         if stopped:
-            live = live_blocks(scratch, 0)
+            live = live_blocks(scratch, _LIGHT)
             if live == 0:
                 break
     return live

@@ -2,18 +2,22 @@
 
 import numpy as np
 
-from avs.rasterizer.blending import (
-    ALPHA_MAX,
+from avs.rasterizer.blending_decision import (
     BLOCKS,
     PIXELS,
-    TRANSMITTANCE_MIN,
+    attenuate,
+    column_terms,
     pixel_centres,
-)  # fmt: skip
+    start_tile,
+    touch,
+)
 from avs.rasterizer.kernels import Floats, Integers, Number, inline, kernel
-from avs.rasterizer.simd import LANES, any_of, broadcast, exp2, fma, minimum, where
+from avs.rasterizer.simd import LANES, any_of, broadcast, fma, where
 from avs.rasterizer.simd_memory import aligned_empty, load, store, sum_lanes
-from avs.rasterizer.splat_records import LOG2_ALPHA_MIN, LOG_OPACITY, XX, XY, YY, X, Y
 from avs.rasterizer.tiles import TILE
+
+# Layout of a tile's scratch memory: transmittance and value of its pixels.
+_LIGHT, _IMAGE, _SCRATCH = 0, PIXELS, 2 * PIXELS
 
 
 @kernel
@@ -28,15 +32,14 @@ def front_sums(
     height, width = image.shape
     columns, rows = (width + TILE - 1) // TILE, (height + TILE - 1) // TILE
     sums, counts = np.zeros(len(records)), np.zeros(len(records), np.int64)
-    # transmittances and pixels of a tile
-    scratch = aligned_empty(2 * PIXELS)
+    scratch = aligned_empty(_SCRATCH)
     column, row = pixel_centres()
     for tile in range(columns * rows):
         x, y = TILE * (tile % columns), TILE * (tile // columns)
+        start_tile(scratch, _LIGHT, x, y, width, height)
         for p in range(PIXELS):
-            inside = x + p % TILE < width and y + p // TILE < height
-            scratch[p] = np.float32(1.0) if inside else np.float32(-1.0)
-            scratch[PIXELS + p] = image[y + p // TILE, x + p % TILE] if inside else np.float32(0.0)
+            inside = scratch[_LIGHT + p] > 0
+            scratch[_IMAGE + p] = image[y + p // TILE, x + p % TILE] if inside else np.float32(0.0)
         live = True
         for chunk in range(len(offsets)):
             if live:
@@ -57,29 +60,21 @@ def _sums_of_tile(
     for e in range(start, end):
         place = entries[e]
         at = place * records.shape[1]
-        dx = x - flat[at + X]
-        quadratic = (flat[at + XX] * dx) * dx
-        mixed = flat[at + XY] * dx
+        _, quadratic, mixed, log_opacity = column_terms(flat, at, x)
         total, count = broadcast(0.0), broadcast(0.0)
         live = False
         blends = False
         for block in range(BLOCKS):
             here = block * LANES
-            dy = y - (flat[at + Y] - np.float32(2 * block))
-            power = fma(dy, fma(dy, flat[at + YY], mixed), quadratic)
-            exponent = power + flat[at + LOG_OPACITY]
-            light = load(scratch, here)
-            touched = (exponent >= LOG2_ALPHA_MIN) & (power <= 0.0) & (light > least)
+            light = load(scratch, _LIGHT + here)
+            _, exponent, touched = touch(flat, at, y, block, quadratic, mixed, log_opacity, light, least)
             if any_of(touched):
-                alpha = minimum(exp2(exponent), ALPHA_MAX)
-                onward = light * (1.0 - alpha)
-                blended = touched & (onward > TRANSMITTANCE_MIN)
-                total = fma(where(blended, alpha * light, 0.0), load(scratch, PIXELS + here), total)
+                _, alpha, _, blended, left, _ = attenuate(exponent, touched, light)
+                total = fma(where(blended, alpha * light, 0.0), load(scratch, _IMAGE + here), total)
+                store(scratch, _LIGHT + here, left)
                 count = count + where(blended, 1.0, 0.0)
-                # a pixel that stops has no light any more
-                light = where(touched, where(blended, onward, -1.0), light)
-                store(scratch, here, light)
                 blends = True
+                light = left
             live |= any_of(light > least)
         if blends:
             sums[place] += sum_lanes(total)

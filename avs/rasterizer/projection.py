@@ -8,17 +8,20 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from avs.rasterizer.constants import ALPHA_MIN, FIELD_OF_VIEW_MARGIN, LARGEST_RADIUS
 from avs.rasterizer.ewa import project, project_backward
+from avs.rasterizer.gaussian_rows import COMPENSATION, CONIC, ROWS, gather_gaussian, load_gaussian
 from avs.rasterizer.kernels import Context, Floats, Integers, Number, Numbers, kernel
 from avs.rasterizer.simd import LANES, broadcast
-from avs.rasterizer.simd_memory import load, store, sum_lanes
+from avs.rasterizer.simd_memory import load, load_rows, store, store_rows, sum_lanes
 
-# A pixel takes no notice of a Gaussian whose opacity there is below this (3DGS, gsplat: ALPHA_THRESHOLD).
-ALPHA_THRESHOLD = 1.0 / 255.0
-# The Jacobian is held beyond this share of the half field of view outside the image (3DGS: 1.3 tan; gsplat: + 0.3 tan).
-_MARGIN = 0.3
-# A Gaussian whose image is wider than this, in pixels, is left out: float32 cannot hold its conic.
-_LARGEST = 1e6
+# Where the rows of scratch memory begin after those of ``gaussian_rows``: centre in the image and depth (3), blurred
+# variances (2); in the backward pass the gradients of centre and depth (3), conic (3) and compensation, then those of
+# centre (3), quaternion (4) and scale (3).
+_IMAGE, _DEPTH, _VARIANCE, _SCRATCH = (ROWS + LANES * row for row in (0, 2, 3, 5))
+_V_IMAGE, _V_DEPTH, _V_CONIC, _V_COMPENSATION, _V_MEAN, _V_QUAT, _V_SCALE, _BACKWARD_SCRATCH = (
+    ROWS + LANES * row for row in (0, 2, 3, 6, 7, 10, 14, 17)
+)
 
 
 # Long because sixteen Gaussians are gathered into vectors and scattered again, number by number.
@@ -30,61 +33,47 @@ def _project_kernel(
 ) -> None:  # fmt: skip
     """Fill the outputs for one camera; those of Gaussians that are out of sight are 0."""
     count = len(means)
-    rows = np.empty(20 * LANES, np.float32)
+    rows = np.empty(_SCRATCH, np.float32)
     for start in range(0, count, LANES):
         for lane in range(LANES):
-            i = min(start + lane, count - 1)
-            for k in range(3):
-                rows[k * LANES + lane] = means[i, k]
-                rows[(7 + k) * LANES + lane] = scales[i, k]
-            for k in range(4):
-                rows[(3 + k) * LANES + lane] = quats[i, k]
-        image, depth, conic, variance, compensation = project(
-            (load(rows, 0), load(rows, 16), load(rows, 32)),
-            (load(rows, 48), load(rows, 64), load(rows, 80), load(rows, 96)),
-            (load(rows, 112), load(rows, 128), load(rows, 144)),
-            pose,
-            lens,
-            eps2d,
-        )
-        store(rows, 160, image[0])
-        store(rows, 176, image[1])
-        store(rows, 192, depth)
-        store(rows, 208, conic[0])
-        store(rows, 224, conic[1])
-        store(rows, 240, conic[2])
-        store(rows, 256, variance[0])
-        store(rows, 272, variance[1])
-        store(rows, 288, compensation)
+            gather_gaussian(rows, lane, means, quats, scales, min(start + lane, count - 1))
+        mean, quat, scale = load_gaussian(rows)
+        image, depth, conic, variance, compensation = project(mean, quat, scale, pose, lens, eps2d)
+        store_rows(rows, _IMAGE, image)
+        store(rows, _DEPTH, depth)
+        store_rows(rows, CONIC, conic)
+        store_rows(rows, _VARIANCE, variance)
+        store(rows, COMPENSATION, compensation)
         for lane in range(min(LANES, count - start)):
             i = start + lane
-            z = rows[192 + lane]
+            z = rows[_DEPTH + lane]
             radius_x = np.float32(0.0)
             radius_y = np.float32(0.0)
             if z >= planes[0] and z <= planes[1]:
                 opacity = opacities[i]
                 if antialiased:
-                    opacity *= rows[288 + lane]
-                if opacity >= np.float32(ALPHA_THRESHOLD):
-                    extent = np.sqrt(np.float32(2.0) * np.log(opacity * np.float32(255.0)))
-                    radius_x = np.ceil(extent * np.sqrt(rows[256 + lane]))
-                    radius_y = np.ceil(extent * np.sqrt(rows[272 + lane]))
-                    x = rows[160 + lane]
-                    y = rows[176 + lane]
+                    opacity *= rows[COMPENSATION + lane]
+                if opacity >= np.float32(ALPHA_MIN):
+                    extent = np.sqrt(np.float32(2.0) * np.log(opacity * np.float32(1.0 / ALPHA_MIN)))
+                    radius_x = np.ceil(extent * np.sqrt(rows[_VARIANCE + lane]))
+                    radius_y = np.ceil(extent * np.sqrt(rows[_VARIANCE + LANES + lane]))
+                    x = rows[_IMAGE + lane]
+                    y = rows[_IMAGE + LANES + lane]
                     seen = x + radius_x > 0 and x - radius_x < size[0] and y + radius_y > 0 and y - radius_y < size[1]
                     # false for numbers that are not finite, too
-                    sane = radius_x < _LARGEST and radius_y < _LARGEST and rows[208 + lane] > 0 and rows[240 + lane] > 0
+                    definite = rows[CONIC + lane] > 0 and rows[CONIC + 2 * LANES + lane] > 0
+                    sane = radius_x < LARGEST_RADIUS and radius_y < LARGEST_RADIUS and definite
                     if not (seen and sane and (radius_x > radius_clip or radius_y > radius_clip)):
                         radius_x = np.float32(0.0)
             if radius_x > 0 and radius_y > 0:
                 radii[i, 0] = np.int32(radius_x)
                 radii[i, 1] = np.int32(radius_y)
-                means2d[i, 0] = rows[160 + lane]
-                means2d[i, 1] = rows[176 + lane]
+                means2d[i, 0] = rows[_IMAGE + lane]
+                means2d[i, 1] = rows[_IMAGE + LANES + lane]
                 depths[i] = z
                 for k in range(3):
-                    conics[i, k] = rows[208 + k * LANES + lane]
-                compensations[i] = rows[288 + lane]
+                    conics[i, k] = rows[CONIC + k * LANES + lane]
+                compensations[i] = rows[COMPENSATION + lane]
             else:
                 radii[i, 0] = 0
                 radii[i, 1] = 0
@@ -114,7 +103,7 @@ def _project_backward_kernel(
             if moved or shaped or (antialiased and v_compensations[i] != 0):
                 chosen[size] = i
                 size += 1
-    rows = np.zeros(31 * LANES, np.float32)
+    rows = np.zeros(_BACKWARD_SCRATCH, np.float32)
     sums = (
         broadcast(0.0), broadcast(0.0), broadcast(0.0), broadcast(0.0), broadcast(0.0), broadcast(0.0),
         broadcast(0.0), broadcast(0.0), broadcast(0.0), broadcast(0.0), broadcast(0.0), broadcast(0.0),
@@ -123,43 +112,25 @@ def _project_backward_kernel(
         for lane in range(LANES):
             i = chosen[min(start + lane, size - 1)]
             live = np.float32(1.0) if start + lane < size else np.float32(0.0)
+            gather_gaussian(rows, lane, means, quats, scales, i)
             for k in range(3):
-                rows[k * LANES + lane] = means[i, k]
-                rows[(7 + k) * LANES + lane] = scales[i, k]
-                rows[(10 + k) * LANES + lane] = conics[i, k]
-                rows[(17 + k) * LANES + lane] = v_conics[i, k] * live
-            for k in range(4):
-                rows[(3 + k) * LANES + lane] = quats[i, k]
-            rows[13 * LANES + lane] = v_means2d[i, 0] * live
-            rows[14 * LANES + lane] = v_means2d[i, 1] * live
-            rows[15 * LANES + lane] = v_depths[i] * live
+                rows[CONIC + k * LANES + lane] = conics[i, k]
+                rows[_V_CONIC + k * LANES + lane] = v_conics[i, k] * live
+            rows[_V_IMAGE + lane] = v_means2d[i, 0] * live
+            rows[_V_IMAGE + LANES + lane] = v_means2d[i, 1] * live
+            rows[_V_DEPTH + lane] = v_depths[i] * live
             if antialiased:
-                rows[16 * LANES + lane] = v_compensations[i] * live
-                rows[20 * LANES + lane] = compensations[i]
+                rows[COMPENSATION + lane] = compensations[i]
+                rows[_V_COMPENSATION + lane] = v_compensations[i] * live
+        mean, quat, scale = load_gaussian(rows)
         v_mean, v_quat, v_scale, v_pose_part = project_backward(
-            (load(rows, 0), load(rows, 16), load(rows, 32)),
-            (load(rows, 48), load(rows, 64), load(rows, 80), load(rows, 96)),
-            (load(rows, 112), load(rows, 128), load(rows, 144)),
-            pose,
-            lens,
-            eps2d,
-            (load(rows, 160), load(rows, 176), load(rows, 192)),
-            load(rows, 320),
-            (load(rows, 208), load(rows, 224)),
-            load(rows, 240),
-            (load(rows, 272), load(rows, 288), load(rows, 304)),
-            load(rows, 256),
-        )
-        store(rows, 336, v_mean[0])
-        store(rows, 352, v_mean[1])
-        store(rows, 368, v_mean[2])
-        store(rows, 384, v_quat[0])
-        store(rows, 400, v_quat[1])
-        store(rows, 416, v_quat[2])
-        store(rows, 432, v_quat[3])
-        store(rows, 448, v_scale[0])
-        store(rows, 464, v_scale[1])
-        store(rows, 480, v_scale[2])
+            mean, quat, scale, pose, lens, eps2d, load_rows(rows, CONIC, 3), load(rows, COMPENSATION),
+            load_rows(rows, _V_IMAGE, 2), load(rows, _V_DEPTH), load_rows(rows, _V_CONIC, 3),
+            load(rows, _V_COMPENSATION),
+        )  # fmt: skip
+        store_rows(rows, _V_MEAN, v_mean)
+        store_rows(rows, _V_QUAT, v_quat)
+        store_rows(rows, _V_SCALE, v_scale)
         s, p = sums, v_pose_part
         sums = (
             s[0] + p[0], s[1] + p[1], s[2] + p[2], s[3] + p[3], s[4] + p[4], s[5] + p[5],
@@ -168,10 +139,10 @@ def _project_backward_kernel(
         for lane in range(min(LANES, size - start)):
             i = chosen[start + lane]
             for k in range(3):
-                v_means[i, k] += rows[336 + k * LANES + lane]
-                v_scales[i, k] += rows[448 + k * LANES + lane]
+                v_means[i, k] += rows[_V_MEAN + k * LANES + lane]
+                v_scales[i, k] += rows[_V_SCALE + k * LANES + lane]
             for k in range(4):
-                v_quats[i, k] += rows[384 + k * LANES + lane]
+                v_quats[i, k] += rows[_V_QUAT + k * LANES + lane]
     for row in range(3):
         v_pose[row, 0] = np.float32(0.0)
     v_pose[0, 0], v_pose[0, 1], v_pose[0, 2] = sum_lanes(sums[0]), sum_lanes(sums[1]), sum_lanes(sums[2])
@@ -186,7 +157,7 @@ def camera_numbers(viewmat: Tensor, intrinsics: Tensor, width: int, height: int)
     pose = (*view[:3, :3].ravel(), *view[:3, 3])
     k = intrinsics.detach().numpy().astype(np.float32)
     fx, fy, cx, cy = k[0, 0], k[1, 1], k[0, 2], k[1, 2]
-    margin_x, margin_y = _MARGIN * 0.5 * width / fx, _MARGIN * 0.5 * height / fy
+    margin_x, margin_y = (FIELD_OF_VIEW_MARGIN * 0.5 * side / focal for side, focal in ((width, fx), (height, fy)))
     bounds = (-cx / fx - margin_x, (width - cx) / fx + margin_x, -cy / fy - margin_y, (height - cy) / fy + margin_y)
     return pose, tuple(np.float32(x) for x in (fx, fy, cx, cy, *bounds))
 
@@ -277,7 +248,7 @@ def project_gaussians(
     Returns:
         Centres in pixels ``[C, N, 2]``, depths ``[C, N]``, conics ``[C, N, 3]``, compensations ``[C, N]`` and radii
         ``[C, N, 2]`` int32: half the sides in pixels of the box outside of which the opacity is below
-        ``ALPHA_THRESHOLD``. All are 0 where a Gaussian is out of sight.
+        ``ALPHA_MIN``. All are 0 where a Gaussian is out of sight.
     """
     options = (width, height, near_plane, far_plane, radius_clip, eps2d, antialiased)
     result = _Project.apply(means, quats, scales, viewmats, opacities, intrinsics, options)  # type: ignore[no-untyped-call]

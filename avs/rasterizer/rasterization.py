@@ -8,6 +8,7 @@ import torch
 from torch import Tensor
 
 from avs.rasterizer.compositing import composite
+from avs.rasterizer.constants import BLUR, FAR_PLANE, NEAR_PLANE
 from avs.rasterizer.projection import project_gaussians
 from avs.rasterizer.spherical_harmonics import MAX_DEGREE, view_dependent_colors
 
@@ -28,10 +29,10 @@ def rasterization(
     Ks: Tensor,
     width: int,
     height: int,
-    near_plane: float = 0.01,
-    far_plane: float = 1e10,
+    near_plane: float = NEAR_PLANE,
+    far_plane: float = FAR_PLANE,
     radius_clip: float = 0.0,
-    eps2d: float = 0.3,
+    eps2d: float = BLUR,
     sh_degree: int | None = None,
     packed: bool = True,
     tile_size: int = 16,

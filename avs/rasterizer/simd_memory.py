@@ -19,6 +19,11 @@ def _address(context: Part, builder: Part, kind: Part, array: Part, index: Part)
     return builder.bitcast(builder.gep(data, [index]), FLOATS.as_pointer())
 
 
+def _row_addresses(context: Part, builder: Part, count: int, kind: Part, array: Part, index: Part) -> list[Part]:
+    offsets = [builder.add(index, ir.Constant(index.type, row * LANES)) for row in range(count)]
+    return [_address(context, builder, kind, array, offset) for offset in offsets]
+
+
 @_intrinsic
 def load(typingctx: Part, array: Part, index: Part) -> Part:
     """Return sixteen consecutive elements of a one-dimensional float32 array."""
@@ -40,6 +45,35 @@ def store(typingctx: Part, array: Part, index: Part, value: Part) -> Part:
         return context.get_dummy_value()
 
     return types.void(array, types.intp, VECTOR), codegen
+
+
+@_intrinsic
+def load_rows(typingctx: Part, array: Part, index: Part, count: Part) -> Part:
+    """Return a tuple of ``count``, a constant, vectors that follow one another in a one-dimensional float32 array."""
+    if not isinstance(count, types.IntegerLiteral):
+        return None
+    number = count.literal_value
+    result = types.UniTuple(VECTOR, number)  # type: ignore[no-untyped-call]
+
+    def codegen(context: Part, builder: Part, signature: Part, arguments: Part) -> Part:
+        addresses = _row_addresses(context, builder, number, signature.args[0], *arguments[:2])
+        rows = [builder.load(address, align=4, typ=FLOATS) for address in addresses]
+        return context.make_tuple(builder, result, rows)
+
+    return result(array, types.intp, count), codegen
+
+
+@_intrinsic
+def store_rows(typingctx: Part, array: Part, index: Part, values: Part) -> Part:
+    """Set vectors that follow one another in a one-dimensional float32 array to the elements of a tuple."""
+
+    def codegen(context: Part, builder: Part, signature: Part, arguments: Part) -> Part:
+        addresses = _row_addresses(context, builder, len(values), signature.args[0], *arguments[:2])
+        for row, address in enumerate(addresses):
+            builder.store(builder.extract_value(arguments[2], row), address, align=4)
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp, values), codegen
 
 
 @_intrinsic
@@ -93,13 +127,11 @@ def add_row_sums(typingctx: Part, rows: Part, start: Part, like: Part, sums: Par
     count = len(like)
 
     def codegen(context: Part, builder: Part, signature: Part, arguments: Part) -> Part:
-        def element(place: int, offset: int) -> Part:
-            index = builder.add(arguments[place + 1], ir.Constant(arguments[place + 1].type, offset))
-            return _address(context, builder, signature.args[place], arguments[place], index)
-
+        addresses = _row_addresses(context, builder, count, signature.args[0], *arguments[:2])
+        targets = _row_addresses(context, builder, -(-count // LANES), signature.args[3], *arguments[3:])
         for first in range(0, count, LANES):
             here = range(first, min(first + LANES, count))
-            vectors = [builder.load(element(0, row * LANES), align=4, typ=FLOATS) for row in here]
+            vectors = [builder.load(addresses[row], align=4, typ=FLOATS) for row in here]
             group = LANES
             while group > 1:
                 pairs = [
@@ -107,7 +139,7 @@ def add_row_sums(typingctx: Part, rows: Part, start: Part, like: Part, sums: Par
                 ]
                 vectors = [_fold_pair(builder, a, b, group) for a, b in pairs]
                 group //= 2
-            target = element(3, first)
+            target = targets[first // LANES]
             total = builder.fadd(builder.load(target, align=4, typ=FLOATS), vectors[0])
             builder.store(total, target, align=4)
         return context.get_dummy_value()

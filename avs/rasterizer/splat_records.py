@@ -2,11 +2,12 @@
 
 import numpy as np
 
+from avs.rasterizer.constants import ALPHA_MIN
 from avs.rasterizer.kernels import Floats, Integers, kernel
 from avs.rasterizer.simd import LANES
 from avs.rasterizer.simd_memory import aligned_empty
 
-LOG2_ALPHA_MIN = float(np.log2(1.0 / 255.0))
+LOG2_ALPHA_MIN = float(np.log2(ALPHA_MIN))
 LOG2_E = float(np.log2(np.e))
 
 # Columns. The quadratic form (dx^2, dx dy, dy^2) and the logarithm of the opacity are in base 2, the former with the

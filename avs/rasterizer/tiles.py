@@ -10,7 +10,7 @@ import numpy as np
 from avs.rasterizer.kernels import Floats, Integers, inline, kernel
 from avs.rasterizer.simd import LANES, ceil, floor, maximum, minimum, square_root, where
 from avs.rasterizer.simd_memory import aligned_empty, aligned_full, load, store
-from avs.rasterizer.splat_records import LOG2_ALPHA_MIN, RADIUS_X, RADIUS_Y, XX, X, Y
+from avs.rasterizer.splat_records import LOG2_ALPHA_MIN, LOG_OPACITY, RADIUS_X, RADIUS_Y, XX, XY, YY, X, Y
 
 TILE = 8
 # Beyond any image's last column.
@@ -19,6 +19,8 @@ _FAR = 1e6
 # blending loop, which decides, cannot find a pixel outside.
 _SLACK = 0.01
 _SLACK_LEVEL = 1e-3
+# Row of ``ellipses`` after those that are numbered as the columns of a record: first row of pixels.
+_TOP = LOG_OPACITY + 1
 # Keeps the extents finite where a long, thin ellipse's determinant is lost in rounding.
 _LEAST_DETERMINANT = 1e-30
 
@@ -89,10 +91,10 @@ def _spans(ellipses: Floats, height: int, spans: Floats) -> None:
     logarithm of the opacity, first row of pixels. A row that is not met ends at column -1.
     """
     # a dx^2 + 2 b dx dy + c dy^2 <= level inside the ellipse
-    x, y = load(ellipses, 0), load(ellipses, LANES)
-    a, b, c = -load(ellipses, 2 * LANES), -0.5 * load(ellipses, 3 * LANES), -load(ellipses, 4 * LANES)
-    level = maximum(load(ellipses, 5 * LANES) - LOG2_ALPHA_MIN, 0.0) * (1.0 + _SLACK_LEVEL)
-    row = load(ellipses, 6 * LANES) - y
+    x, y = load(ellipses, X * LANES), load(ellipses, Y * LANES)
+    a, b, c = -load(ellipses, XX * LANES), -0.5 * load(ellipses, XY * LANES), -load(ellipses, YY * LANES)
+    level = maximum(load(ellipses, LOG_OPACITY * LANES) - LOG2_ALPHA_MIN, 0.0) * (1.0 + _SLACK_LEVEL)
+    row = load(ellipses, _TOP * LANES) - y
     determinant = maximum(a * c - b * b, _LEAST_DETERMINANT)
     inverse = 1.0 / a
     half_height = square_root(level * a / determinant)
@@ -135,11 +137,11 @@ def _gather(records: Floats, place: int, following: Integers, ellipses: Floats, 
         if top <= bottom:
             boxes[count, 0], boxes[count, 1], boxes[count, 2] = place, left, right
             boxes[count, 3], boxes[count, 4] = top, bottom
-            ellipses[count] = x
-            ellipses[LANES + count] = y
+            ellipses[X * LANES + count] = x
+            ellipses[Y * LANES + count] = y
             for k in range(4):
-                ellipses[(2 + k) * LANES + count] = records[place, XX + k]
-            ellipses[6 * LANES + count] = np.float32(TILE * top)
+                ellipses[(XX + k) * LANES + count] = records[place, XX + k]
+            ellipses[_TOP * LANES + count] = np.float32(TILE * top)
             count += 1
         place += 1
     return place, count
@@ -168,7 +170,7 @@ def tile_lists(
         The next place in ``records``, ``entries``, and the new ``used``.
     """
     following = _next_live(live, columns, rows)
-    ellipses = aligned_full(7 * LANES, 1.0)
+    ellipses = aligned_full((_TOP + 1) * LANES, 1.0)
     boxes = np.empty((LANES, 5), np.int64)
     spans = aligned_empty(2 * rows * LANES)
     # sixteen Gaussians may go beyond the budget by what they touch themselves

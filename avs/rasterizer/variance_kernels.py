@@ -2,19 +2,21 @@
 
 import numpy as np
 
-from avs.rasterizer.blending import (
-    ALPHA_MAX,
+from avs.rasterizer.blending_decision import (
     BLOCKS,
     PIXELS,
     PREFETCH,
-    TRANSMITTANCE_MIN,
+    attenuate,
+    column_terms,
     live_blocks,
     pixel_centres,
+    start_tile,
+    touch,
 )
 from avs.rasterizer.kernels import Floats, Integers, Number, inline, kernel
-from avs.rasterizer.simd import LANES, any_of, exp2, fma, minimum, where
+from avs.rasterizer.simd import LANES, any_of, fma, where
 from avs.rasterizer.simd_memory import aligned_empty, load, prefetch, store
-from avs.rasterizer.splat_records import COLOR, LOG2_ALPHA_MIN, LOG_OPACITY, XX, XY, YY, X, Y
+from avs.rasterizer.splat_records import COLOR
 from avs.rasterizer.tiles import TILE
 
 # Layout of a tile's scratch memory: transmittance, variance before the view, 1 where the view removes all of the
@@ -27,16 +29,13 @@ def _load_tile(
     scratch: Floats, tile: int, x: int, y: int, transmittance: Floats, rendered: Floats, constant: float,
     saturated: bool, width: int, height: int,
 ) -> int:  # fmt: skip
-    """Fill the scratch memory for a tile whose first pixel is (x, y). Return the number of pixels in the image."""
-    inside = 0
+    """Fill the scratch memory for a tile whose first pixel is (x, y). Return the live blocks."""
+    live: int = start_tile(scratch, _LIGHT, x, y, width, height)
     for p in range(PIXELS):
-        within = x + p % TILE < width and y + p // TILE < height
-        inside += int(within)
-        scratch[_LIGHT + p] = np.float32(1.0 if within else -1.0)
         scratch[_PRIOR + p] = np.float32(constant) + rendered[tile * PIXELS + p]
         scratch[_ALL + p] = np.float32(1.0 if saturated and transmittance[tile * PIXELS + p] < 0 else 0.0)
         scratch[_GAIN + p] = np.float32(0.0)
-    return inside
+    return live
 
 
 @inline
@@ -50,30 +49,19 @@ def _reduce_tile(
     for e in range(start, end):
         prefetch(flat, entries[min(e + PREFETCH, end - 1)] * width)
         at = entries[e] * width
-        dx = x - flat[at + X]
-        quadratic = (flat[at + XX] * dx) * dx
-        mixed = flat[at + XY] * dx
-        log_opacity = flat[at + LOG_OPACITY]
+        _, quadratic, mixed, log_opacity = column_terms(flat, at, x)
         variance = flat[at + COLOR]
         stopped = False
         for block in range(BLOCKS):
             if not live & (1 << block):
                 continue
             here = block * LANES
-            dy = y - (flat[at + Y] - np.float32(2 * block))
-            power = fma(dy, fma(dy, flat[at + YY], mixed), quadratic)
-            exponent = power + log_opacity
             light = load(scratch, _LIGHT + here)
-            touched = (exponent >= LOG2_ALPHA_MIN) & (power <= 0.0) & (light > 0.0)
+            _, exponent, touched = touch(flat, at, y, block, quadratic, mixed, log_opacity, light, 0.0)
             if any_of(touched):
-                alpha = minimum(exp2(exponent), ALPHA_MAX)
-                onward = light * (1.0 - alpha)
-                blended = touched & (onward > TRANSMITTANCE_MIN)
-                stops = touched & (onward <= TRANSMITTANCE_MIN)
-                store(scratch, _LIGHT + here, where(blended, onward, light))
-                if any_of(stops):
-                    store(scratch, _LIGHT + here, where(blended, onward, where(stops, -light, light)))
-                    stopped = True
+                _, alpha, _, blended, left, stops = attenuate(exponent, touched, light)
+                store(scratch, _LIGHT + here, left)
+                stopped |= stops
                 # where nothing is blended alpha may be anything, see exp2
                 weight = where(blended, alpha * light * (1.0 - share * alpha), 0.0)
                 spread = weight * weight * variance
@@ -118,8 +106,7 @@ def sum_reductions(
     total = 0.0
     for tile in range(columns * rows):
         x, y = TILE * (tile % columns), TILE * (tile // columns)
-        inside = _load_tile(scratch, tile, x, y, transmittance, rendered, constant, saturated, width, height)
-        live = live_blocks(scratch, _LIGHT)
+        live = _load_tile(scratch, tile, x, y, transmittance, rendered, constant, saturated, width, height)
         for chunk in range(len(offsets)):
             start, end = offsets[chunk, tile], offsets[chunk, tile + 1]
             if start < end and live:
@@ -130,5 +117,5 @@ def sum_reductions(
         for p in range(PIXELS):
             total += np.float64(scratch[_GAIN + p])
         if weighted:
-            total += inside * constant
+            total += min(TILE, width - x) * min(TILE, height - y) * constant
     return total
