@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 import torch
 
+from avs.rasterizer import adam
 from avs.rasterizer.adam import Adam
-from avs.representations.gaussians import adam
 from tests import tolerances
 
 
