@@ -25,18 +25,36 @@ def nvs_table(episodes: list[Path], dataset: Dataset, settings: SettingsFile, ou
     with job(log):
         told = read_record(settings, TableJob)
         published = None if told.published is None else Path(told.published)
-        write_nvs_table(episodes, told.methods, dataset, published, out, told.absent)
+        write_nvs_table(episodes, told.methods, dataset, published, out, told.absent, told.reference)
 
 
 @commands.command("ranking_table")
 def ranking_table(episodes: list[Path], dataset: Dataset, settings: SettingsFile, out: Stem, log: Log = None) -> None:
     """Write how well each method's scores rank the candidates of a data set, as csv, md and tex."""
     from avs.config.jobs import RowsJob
-    from avs.report.tables.ranking_table import write_ranking_table
+    from avs.report.tables.score_ranking import write_ranking_table
 
     with job(log):
         told = read_record(settings, RowsJob)
         write_ranking_table(episodes, told.methods, dataset, out, told.absent)
+
+
+@commands.command("runtime_table")
+def runtime_table(
+    records: list[Path],
+    settings: SettingsFile,
+    out: Stem,
+    episode: Annotated[list[Path] | None, typer.Option(help="an episode on the scene, for the PSNR")] = None,
+    published: Annotated[list[Path] | None, typer.Option(help="a file of results/published")] = None,
+    log: Log = None,
+) -> None:
+    """Write the table of selection times as csv, md and tex."""
+    from avs.config.jobs import RowsJob
+    from avs.report.tables.selection_times import write_runtime_table
+
+    with job(log):
+        told = read_record(settings, RowsJob)
+        write_runtime_table(records, episode or [], told.methods, told.absent, published or [], out)
 
 
 @commands.command("psnr_over_views")

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from avs.commands.arguments import Log, Out, SettingsFile, Stem, Weights
+from avs.commands.arguments import Log, Out, SettingsFile, Weights
 from avs.system.compatibility import limit_threads
 from avs.system.job_process import job
 from avs.system.records import read_record
@@ -43,21 +43,3 @@ def runtime(
         limit_threads()
         checked = read_record(settings, TimingSettings)
         time_method(scene, state, checked, weights, out, console.progress)
-
-
-@commands.command("runtime_table")
-def runtime_table(
-    records: list[Path],
-    settings: SettingsFile,
-    out: Stem,
-    episode: Annotated[list[Path] | None, typer.Option(help="an episode on the scene, for the PSNR")] = None,
-    published: Annotated[list[Path] | None, typer.Option(help="a file of results/published")] = None,
-    log: Log = None,
-) -> None:
-    """Write the table of selection times as csv, md and tex."""
-    from avs.config.jobs import RowsJob
-    from avs.report.tables.runtime_table import write_runtime_table
-
-    with job(log):
-        told = read_record(settings, RowsJob)
-        write_runtime_table(records, episode or [], told.methods, told.absent, published or [], out)

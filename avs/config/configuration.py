@@ -16,6 +16,7 @@ from avs.datasets.embedded.embedded_settings import EmbeddedSettings
 from avs.iqa.cross_reference.scorer_settings import BACKBONE_OF, RenderSettings, ScorerSettings
 from avs.nvs.protocol import ProtocolSettings, protocol_of_method
 from avs.nvs.timing_settings import RuntimeSettings
+from avs.report.report_settings import ReportSettings
 from avs.representations import kinds
 from avs.representations.kinds import AnyRepresentationSettings
 from avs.selection import registry
@@ -91,6 +92,14 @@ class Config(StrictModel):
     runtime: RuntimeSettings | None = Field(
         default_factory=RuntimeSettings, description="the table of selection times; null to leave it out"
     )
+    report: ReportSettings = Field(default_factory=ReportSettings, description="how results are tabulated")
+
+    @model_validator(mode="after")
+    def _reference_is_a_method(self) -> Self:
+        named = self.report.reference if "reference" in self.report.model_fields_set else None
+        if named is not None and named not in self.methods:
+            raise ValueError(f"report.reference: {named} is not among the methods; name one of them, or null")
+        return self
 
     @model_validator(mode="after")
     def _scorers_have_data_of_their_own(self) -> Self:

@@ -48,6 +48,7 @@ class TableJob(RowsJob):
     """What the table of a data set reads."""
 
     published: str | None = Field(description="file of the published values to print beside its own")
+    reference: str | None = Field(description="identifier of the method that the others are compared with")
 
 
 def _embedded_scene(config: Config, _: str) -> EmbeddedSettings:
@@ -109,7 +110,8 @@ def _runtime_table(config: Config, _: str) -> RowsJob:
 def _nvs_table(config: Config, dataset: str) -> TableJob:
     name = published_name(dataset)
     published = None if name is None else f"results/published/{name}"
-    return TableJob(methods=config.methods, absent=absent_methods(config), published=published)
+    reference, absent = config.report.reference, absent_methods(config)
+    return TableJob(methods=config.methods, absent=absent, published=published, reference=reference)
 
 
 def _ranking_table(config: Config, _: str) -> RowsJob:

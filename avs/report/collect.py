@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -27,15 +27,23 @@ class Episodes:
     Attributes:
         dataset: name of the data set.
         cells: by method identifier, then by scene and seed; both in ascending order.
+        missing: why an episode that the run asks for is not there, by method, then by scene and seed; empty where the
+            run is complete or nothing is known of it.
     """
 
     dataset: str
     cells: dict[str, dict[Cell, Episode]]
+    missing: Mapping[str, Mapping[Cell, str]] = field(default_factory=dict)
 
     @property
     def scenes(self) -> list[str]:
         """The scenes of any method, ascending: those that a complete row covers."""
         return sorted({scene for cells in self.cells.values() for scene, _ in cells})
+
+    @property
+    def seeds(self) -> list[int]:
+        """The seeds of any method, ascending."""
+        return sorted({seed for cells in self.cells.values() for _, seed in cells})
 
     @property
     def all(self) -> list[Episode]:
@@ -47,6 +55,12 @@ class Episodes:
         cells = self.cells.get(method, {})
         seeds = sorted({seed for _, seed in cells})
         return [seed for seed in seeds if all((scene, seed) in cells for scene in self.scenes)]
+
+    def lacking(self, method: str) -> dict[Cell, str | None]:
+        """Return the scenes and seeds of other methods that ``method`` lacks, with the reason where it is known."""
+        cells, reasons = self.cells.get(method, {}), self.missing.get(method, {})
+        grid = [(scene, seed) for scene in self.scenes for seed in self.seeds]
+        return {cell: reasons.get(cell) for cell in grid if cell not in cells}
 
 
 def read_episodes(paths: Sequence[Path], methods: Sequence[str]) -> list[Episodes]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from dataclasses import dataclass
 from pathlib import Path
 
 from avs.system.errors import UserError
@@ -32,8 +33,21 @@ def published_name(dataset: str) -> str | None:
     return f"nvs_{source}.csv" if source in PRINTED_NAMES else None
 
 
-def read_published(path: Path, scene: str = "mean") -> dict[tuple[str, str], str]:
-    """Return the paper's values of a scene by (method, metric), with the digits that the paper prints.
+@dataclass(frozen=True)
+class Published:
+    """The paper's values of one scene, or their means over scenes.
+
+    Attributes:
+        dataset: the data set of the paper, by identifier.
+        values: with the digits that the paper prints, by identifier of the method and of the metric.
+    """
+
+    dataset: str
+    values: dict[tuple[str, str], str]
+
+
+def read_published(path: Path, scene: str = "mean") -> Published:
+    """Read the paper's values of a scene.
 
     Args:
         path: a file of ``results/published``.
@@ -48,7 +62,7 @@ def read_published(path: Path, scene: str = "mean") -> dict[tuple[str, str], str
             rows = list(reader)
     except OSError as error:
         raise UserError(path, error.strerror or "cannot be read", "name a file of results/published") from error
-    if reader.fieldnames != _COLUMNS:
+    if reader.fieldnames != _COLUMNS or not rows:
         raise UserError(path, f"its columns are not {', '.join(_COLUMNS)}", "name a file of results/published")
     values = {(row["method"], row["metric"]): row["value"] for row in rows if row["scene"] == scene}
     for (method, metric), value in values.items():
@@ -56,4 +70,20 @@ def read_published(path: Path, scene: str = "mean") -> dict[tuple[str, str], str
             float(value)
         except (TypeError, ValueError):
             raise UserError(path, f"{method}, {metric}: {value!r} is not a number", "correct the file") from None
-    return values
+    return Published(rows[0]["dataset"], values)
+
+
+def published_note(source: str, dataset: str) -> str:
+    """Return the note that tells which values of the paper stand beside those of a data set.
+
+    Args:
+        source: the data set of the paper, by identifier.
+        dataset: name of the data set that was run.
+    """
+    printed = PRINTED_NAMES.get(source, source)
+    if STAND_INS.get(dataset) == source:
+        return (
+            f"published: the paper's values on {printed}; {dataset} stands in for its kind of capture with other "
+            "scenes and a shorter schedule, so that the difference is no measure of a reproduction"
+        )
+    return f"published: the paper's values on {printed}"

@@ -86,3 +86,12 @@ def test_reading_the_configuration_imports_no_heavy_library():
     code = f"import sys, avs.config.configuration; print([m for m in {heavy} if m in sys.modules])"
     result = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert result.stdout.strip() == "[]"
+
+
+def test_the_reference_of_the_tables_is_a_method_or_none():
+    assert load(values("ci")).report.reference == "ours-repvit"
+    assert load(values("ci") | {"report": {"reference": "fisherrf"}}).report.reference == "fisherrf"
+    assert load(values("ci") | {"report": {"reference": None}}).report.reference is None
+    with pytest.raises(UserError, match=r"report.reference: warp is not among the methods; name one of them") as error:
+        load(values("ci") | {"report": {"reference": "warp"}})
+    assert "\n" not in str(error.value)

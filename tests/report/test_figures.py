@@ -5,7 +5,7 @@ import pytest
 
 from avs.report.collect import read_episodes
 from avs.report.figures.curves import panels
-from avs.report.figures.psnr_over_views import write_psnr_over_views
+from avs.report.figures.psnr_over_views import method_styles, write_psnr_over_views
 
 METHODS = ["random", "farthest", "ours-repvit"]
 
@@ -105,3 +105,10 @@ def test_methods_that_add_several_views_at_once_keep_their_own_points(episode, d
     assert [curve.views.tolist() for curve in panel.curves] == [[4, 5, 6], [4, 6], [4, 5, 6]]
     # At five views the mean is that of the two methods measured there.
     np.testing.assert_allclose(panel.curves[0].difference, [-2.0, -0.5, -2.0])
+
+
+def test_styles_follow_what_methods_say_of_themselves():
+    styles = method_styles(["random", "ours-mine", "ours-repvit", "oracle-gain"])
+    assert styles["ours-repvit"]["linestyle"] == "-"
+    assert styles["ours-mine"]["linestyle"] != "-"
+    assert styles["oracle-gain"]["zorder"] < styles["random"]["zorder"] < styles["ours-repvit"]["zorder"]

@@ -21,6 +21,21 @@ def all_episodes(wildcards):
     return [path for dataset in SCENES for path in episodes(dataset)]
 
 
+def runtime_tables(wildcards):
+    """Return the table of selection times, unless the configuration leaves it out."""
+    return (
+        [] if settings.runtime is None or not TIMED else f"{RESULTS}/tables/runtime.csv"
+    )
+
+
+def episode_options(wildcards, input):
+    return repeated("--episode", input.episodes)
+
+
+def published_options(wildcards, input):
+    return repeated("--published", input.published)
+
+
 rule nvs_table:
     input:
         episodes=dataset_episodes,
@@ -50,7 +65,7 @@ rule ranking_table:
     input:
         episodes=dataset_episodes,
         settings=f"{RESULTS}/settings/ranking_table.json",
-        code=sources("avs.report.tables.ranking_table"),
+        code=sources("avs.report.tables.score_ranking"),
     output:
         multiext(f"{RESULTS}/tables/ranking_{{dataset}}", ".csv", ".md", ".tex"),
     log:
@@ -61,6 +76,31 @@ rule ranking_table:
         "ranking of {wildcards.dataset}"
     shell:
         "{AVS} ranking_table {input.episodes} --dataset {wildcards.dataset} --settings {input.settings}"
+        " --out {params.stem} --log {log}"
+
+
+rule runtime_table:
+    input:
+        records=timings,
+        episodes=timed_episodes,
+        published=[
+            "results/published/runtime_garden_detail.csv",
+            "results/published/runtime_garden.csv",
+        ],
+        settings=f"{RESULTS}/settings/runtime_table.json",
+        code=sources("avs.report.tables.selection_times"),
+    output:
+        multiext(f"{RESULTS}/tables/runtime", ".csv", ".md", ".tex"),
+    log:
+        f"{LOGS}/tables/runtime.log",
+    params:
+        episodes=episode_options,
+        published=published_options,
+        stem=subpath(output[0], strip_suffix=".csv"),
+    message:
+        "table of selection times"
+    shell:
+        "{AVS} runtime_table {input.records} {params.episodes} {params.published} --settings {input.settings}"
         " --out {params.stem} --log {log}"
 
 

@@ -35,21 +35,6 @@ def timed_episodes(wildcards):
     return [path for path in episodes(dataset) if f"/{scene}/" in path]
 
 
-def runtime_tables(wildcards):
-    """Return the table of selection times, unless the configuration leaves it out."""
-    return (
-        [] if settings.runtime is None or not TIMED else f"{RESULTS}/tables/runtime.csv"
-    )
-
-
-def episode_options(wildcards, input):
-    return repeated("--episode", input.episodes)
-
-
-def published_options(wildcards, input):
-    return repeated("--published", input.published)
-
-
 rule runtime_state:
     input:
         scene=f"{RESULTS}/scenes/{{scene}}/scene.json",
@@ -93,28 +78,3 @@ rule runtime:
     shell:
         "{AVS} runtime {params.scene} --state {input.state} --settings {input.settings} {params.weights}"
         " --out {output} --log {log}"
-
-
-rule runtime_table:
-    input:
-        records=timings,
-        episodes=timed_episodes,
-        published=[
-            "results/published/runtime_garden_detail.csv",
-            "results/published/runtime_garden.csv",
-        ],
-        settings=f"{RESULTS}/settings/runtime_table.json",
-        code=sources("avs.report.tables.runtime_table"),
-    output:
-        multiext(f"{RESULTS}/tables/runtime", ".csv", ".md", ".tex"),
-    log:
-        f"{LOGS}/tables/runtime.log",
-    params:
-        episodes=episode_options,
-        published=published_options,
-        stem=subpath(output[0], strip_suffix=".csv"),
-    message:
-        "table of selection times"
-    shell:
-        "{AVS} runtime_table {input.records} {params.episodes} {params.published} --settings {input.settings}"
-        " --out {params.stem} --log {log}"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from avs.report.collect import read_episodes
 from avs.report.figures.curves import CONFIDENCE, Curve, Panel, panels
+from avs.report.methods import presented
 from avs.system.files import atomic_path
 
 if TYPE_CHECKING:
@@ -15,11 +16,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 # The palette of Okabe and Ito, which readers with any colour vision tell apart, with two colours of Tol's; lines differ
-# in dashes as well, for print without colour. The paper's own methods are solid, thicker and in front.
-_OWN = "ours-"
-_OWN_COLOURS = ("#D55E00", "#000000")
+# in dashes as well, for print without colour. The methods that the paper proposes are solid, thicker and in front.
+_PROPOSED_COLOURS = ("#D55E00", "#000000")
 # Upper references: grey, thin and behind, told apart by their dashes.
-_ORACLE = "oracle-"
 _ORACLE_COLOURS = ("#888888", "#888888", "#333333")
 _ORACLE_DASHES = ((0, (1, 1)), (0, (4, 2)), (0, (2, 1)))
 _OTHER_COLOURS = ("#0072B2", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#777777", "#882255", "#999933")
@@ -88,7 +87,7 @@ def write_psnr_over_views(episodes: Sequence[Path], methods: Sequence[str], out:
 
 
 def _draw(figure: Figure, drawn: Sequence[Panel], methods: Sequence[str], columns: int) -> None:
-    styles = _styles(methods)
+    styles = method_styles(methods)
     rows = -(-len(drawn) // columns)
     axes = figure.subplots(2 * rows, columns, squeeze=False, gridspec_kw={"height_ratios": [3, 2] * rows})
     labels: dict[str, str] = {}
@@ -142,14 +141,15 @@ def _legend(figure: Figure, entries: Sequence[tuple[str, dict[str, Any]]]) -> No
     figure.legend(handles=handles, loc="outside lower center", ncols=min(columns, len(handles)))
 
 
-def _styles(methods: Sequence[str]) -> dict[str, dict[str, Any]]:
+def method_styles(methods: Sequence[str]) -> dict[str, dict[str, Any]]:
     """Return the line style of each method, fixed by its place in ``methods``."""
-    own = [method for method in methods if method.startswith(_OWN)]
-    oracles = [method for method in methods if method.startswith(_ORACLE)]
-    others = [method for method in methods if not method.startswith((_OWN, _ORACLE))]
+    shown = [presented(method) for method in methods]
+    proposed = [method.identifier for method in shown if method.proposed]
+    oracles = [method.identifier for method in shown if not method.ranked]
+    others = [method.identifier for method in shown if method.ranked and not method.proposed]
     styles: dict[str, dict[str, Any]] = {}
-    for index, method in enumerate(own):
-        colour = _OWN_COLOURS[index % len(_OWN_COLOURS)]
+    for index, method in enumerate(proposed):
+        colour = _PROPOSED_COLOURS[index % len(_PROPOSED_COLOURS)]
         styles[method] = {"color": colour, "linestyle": "-", "linewidth": 2.0, "zorder": 5}
     for index, method in enumerate(oracles):
         place = index % len(_ORACLE_COLOURS)

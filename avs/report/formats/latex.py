@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from avs.report.formats import wording
-from avs.report.tables.summary import Row, Table
+from avs.report.document import Cell, Column, Comparison, Document, Group
+from avs.report.formats.numbers import compared, measured, signed
 from metrics.definitions import Metric
 
 # The paper's shades of the best, second and third value.
 _COLOURS = {1: "F4CCCC", 2: "FCE5CD", 3: "D9EAD3"}
 _DASH = "--"
-# A rule sets the paper's own methods off from the others of their group, as in the paper.
-_OWN = "ours-"
 _SPECIAL = {
     "\\": r"\textbackslash{}",
     "{": r"\{",
@@ -30,27 +28,10 @@ _SPECIAL = {
 }
 
 
-def table_latex(table: Table) -> str:
+def document_latex(document: Document) -> str:
     """Return a ``table*`` environment: caption, label, the table, the comparison, and the notes.
 
     It needs the packages booktabs, multirow, and xcolor with the option ``table``.
-    """
-    body = grid(table)
-    title = wording.comparison_title(table)
-    if title is not None:
-        body += ["", r"\medskip", rf"{escape(title)}:", "", r"\smallskip", *_comparison(table)]
-    return environment("nvs", table.episodes.dataset, wording.caption(table), body, wording.notes(table))
-
-
-def environment(kind: str, dataset: str, sentences: Sequence[str], body: Sequence[str], remarks: Sequence[str]) -> str:
-    """Return a ``table*`` environment.
-
-    Args:
-        kind: the first part of the label, ``tab:<kind>-<data set>``.
-        dataset: name of the data set.
-        sentences: of the caption, before the legend of the shades.
-        body: lines of LaTeX.
-        remarks: notes below it.
     """
     lines = [
         r"% needs \usepackage{booktabs,multirow} and \usepackage[table]{xcolor}",
@@ -58,16 +39,19 @@ def environment(kind: str, dataset: str, sentences: Sequence[str], body: Sequenc
         r"\centering",
         r"\small",
         r"\setlength{\tabcolsep}{4pt}",
-        rf"\caption{{{escape(' '.join(sentences))} {_legend()}}}",
-        rf"\label{{tab:{kind}-{dataset.replace('_', '-')}}}",
-        *body,
+        rf"\caption{{{_escape(' '.join(document.caption))} {_legend()}}}",
+        rf"\label{{tab:{document.label.replace('_', '-')}}}",
+        *_grid(document),
     ]
-    for remark in remarks:
-        lines += ["", r"\smallskip", rf"\parbox{{\linewidth}}{{\footnotesize {escape(remark)}.}}"]
+    if document.comparison is not None:
+        lines += ["", r"\medskip", rf"{_escape(document.comparison.title)}:", "", r"\smallskip"]
+        lines += _comparison(document.comparison, document.columns)
+    for note in document.notes:
+        lines += ["", r"\smallskip", rf"\parbox{{\linewidth}}{{\footnotesize {_escape(note)}.}}"]
     return "\n".join([*lines, r"\end{table*}"]) + "\n"
 
 
-def escape(text: str) -> str:
+def _escape(text: str) -> str:
     """Return ``text`` with the characters escaped that LaTeX takes as commands."""
     return "".join(_SPECIAL.get(character, character) for character in text)
 
@@ -78,60 +62,72 @@ def _legend() -> str:
     return "".join(boxes) + "."
 
 
-def grid(table: Table) -> list[str]:
-    """Return the rows by group as a ``tabular``, with the best three values of each metric shaded."""
-    width = 3 if table.has_published else 1
-    columns = len(table.metrics) * width
-    lines = [rf"\begin{{tabular}}{{ll{'r' * columns}}}", r"\toprule"]
-    if table.has_published:
-        spans = (rf"\multicolumn{{3}}{{c}}{{{_title(metric)}}}" for metric in table.metrics)
-        rules = (rf"\cmidrule(lr){{{start}-{start + 2}}}" for start in range(3, 3 + columns, 3))
-        lines += [f" & & {' & '.join(spans)} \\\\", " ".join(rules)]
-        lines.append(" & Method" + " & here & paper & diff." * len(table.metrics) + r" \\")
-    else:
-        lines.append(f" & Method & {' & '.join(map(_title, table.metrics))} \\\\")
-    ranked = {metric.identifier: wording.ranks(table, metric) for metric in table.metrics}
-    for group, rows in wording.grouped(table):
-        lines.append(r"\midrule")
-        for index, row in enumerate(rows):
-            cells = [rf"\multirow{{{len(rows)}}}{{*}}{{{escape(group)}}}" if index == 0 else "", escape(row.label)]
-            for metric in table.metrics:
-                cells += _cells(table, row, metric, ranked[metric.identifier].get(row.method))
-            if index > 0 and row.method.startswith(_OWN) and not rows[index - 1].method.startswith(_OWN):
-                lines.append(rf"\cmidrule(l){{2-{2 + columns}}}")
-            lines.append(" & ".join(cells) + r" \\")
+def _grid(document: Document) -> list[str]:
+    """Return the rows by group as a ``tabular``, with the best three values of each column shaded."""
+    width = sum(map(_width, document.columns))
+    lines = [rf"\begin{{tabular}}{{ll{'r' * width}}}", r"\toprule", *_header(document.columns)]
+    for group in document.groups:
+        lines += [r"\midrule", *_rows(group, document.columns, width)]
     return [*lines, r"\bottomrule", r"\end{tabular}"]
 
 
-def _cells(table: Table, row: Row, metric: Metric, rank: int | None) -> list[str]:
-    entry = row.entries[metric.identifier]
-    value = wording.measured(entry, metric, r" $\pm$ ") or _cause(table, row, metric) or _DASH
-    if entry.mean is not None and value.startswith("-"):
+def _width(column: Column) -> int:
+    return 3 if column.published else 1
+
+
+def _header(columns: Sequence[Column]) -> list[str]:
+    if not any(column.published for column in columns):
+        return [f" & Method & {' & '.join(_title(column.metric) for column in columns)} \\\\"]
+    spans, rules, names, start = [], [], [], 3
+    for column in columns:
+        title = _title(column.metric)
+        spans.append(rf"\multicolumn{{3}}{{c}}{{{title}}}" if column.published else title)
+        names.append(" & here & paper & diff." if column.published else " & ")
+        if column.published:
+            rules.append(rf"\cmidrule(lr){{{start}-{start + 2}}}")
+        start += _width(column)
+    return [f" & & {' & '.join(spans)} \\\\", " ".join(rules), f" & Method{''.join(names)} \\\\"]
+
+
+def _rows(group: Group, columns: Sequence[Column], width: int) -> list[str]:
+    lines = []
+    for index, row in enumerate(group.rows):
+        # As in the paper, a rule sets its own methods off from the others of their group.
+        if index > 0 and row.proposed and not group.rows[index - 1].proposed:
+            lines.append(rf"\cmidrule(l){{2-{2 + width}}}")
+        texts = [rf"\multirow{{{len(group.rows)}}}{{*}}{{{_escape(group.name)}}}" if index == 0 else ""]
+        texts.append(_escape(row.label))
+        for column, cell in zip(columns, row.cells, strict=True):
+            texts += _texts(column, cell)
+        lines.append(" & ".join(texts) + r" \\")
+    return lines
+
+
+def _texts(column: Column, cell: Cell) -> list[str]:
+    decimals = column.metric.decimals
+    value = measured(cell, decimals, r" $\pm$ ")
+    if value is None:
+        value = _DASH if cell.cause is None else rf"{{\scriptsize {_escape(cell.cause)}}}"
+    elif value.startswith("-"):
         value = f"$-${value[1:]}"  # a hyphen otherwise
-    cells = [rf"\cellcolor[HTML]{{{_COLOURS[rank]}}}{value}" if rank else value]
-    if table.has_published:
-        cells.append(entry.published or _DASH)
-        cells.append(_DASH if entry.difference is None else f"${wording.signed(entry.difference, metric)}$")
-    return cells
+    texts = [rf"\cellcolor[HTML]{{{_COLOURS[cell.rank]}}}{value}" if cell.rank else value]
+    if column.published:
+        texts.append(cell.published or _DASH)
+        texts.append(_DASH if cell.difference is None else f"${signed(cell.difference, decimals)}$")
+    return texts
 
 
-def _cause(table: Table, row: Row, metric: Metric) -> str | None:
-    cause = wording.missing_cause(table, row, metric)
-    return None if cause is None else rf"{{\scriptsize {escape(cause)}}}"
-
-
-def _comparison(table: Table) -> list[str]:
-    lines = [rf"\begin{{tabular}}{{l{'r' * len(table.metrics)}}}", r"\toprule"]
-    lines += [f"Method & {' & '.join(map(_title, table.metrics))} \\\\", r"\midrule"]
-    for _, rows in wording.grouped(table):
-        for row in rows:
-            if row is not table.reference:
-                texts = [wording.against(row.entries[metric.identifier], metric) for metric in table.metrics]
-                cells = [_DASH if text is None else rf"${text}$" for text in texts]
-                lines.append(" & ".join([escape(row.label), *cells]) + r" \\")
+def _comparison(comparison: Comparison, columns: Sequence[Column]) -> list[str]:
+    metrics = [column.metric for column in columns]
+    lines = [rf"\begin{{tabular}}{{l{'r' * len(metrics)}}}", r"\toprule"]
+    lines += [f"Method & {' & '.join(map(_title, metrics))} \\\\", r"\midrule"]
+    for label, differences in comparison.rows:
+        pairs = zip(metrics, differences, strict=True)
+        texts = [_DASH if each is None else f"${compared(each, metric.decimals)}$" for metric, each in pairs]
+        lines.append(" & ".join([_escape(label), *texts]) + r" \\")
     return [*lines, r"\bottomrule", r"\end{tabular}"]
 
 
 def _title(metric: Metric) -> str:
     arrow = {True: r" $\uparrow$", False: r" $\downarrow$", None: ""}[metric.higher_is_better]
-    return f"{metric.name}{arrow}" + (f" ({metric.unit})" if metric.unit else "")
+    return f"{_escape(metric.name)}{arrow}" + (f" ({_escape(metric.unit)})" if metric.unit else "")

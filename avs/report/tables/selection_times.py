@@ -1,148 +1,185 @@
-"""What the table of selection times says: the paper's two runtime tables in one."""
+"""The table of selection times: the paper's two runtime tables in one."""
 
 from __future__ import annotations
 
-import statistics
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from avs.nvs.timing_record import Runtime
-from avs.report.collect import Episodes
+from avs.report.collect import Episodes, read_episodes
+from avs.report.document import Cell, Column, Document, Listing
+from avs.report.formats.numbers import plain
+from avs.report.formats.writing import write_document
+from avs.report.methods import Presented, presented
 from avs.report.published import read_published
-from avs.report.tables.summary import PUBLISHED_PREFIX, Entry, Row, Table, missing_episodes, printed_as, scene_value
+from avs.report.tables.arrangement import arranged
+from avs.report.tables.episode_gaps import incomplete
+from avs.report.tables.selection_times_numbers import COLUMNS, Times, read_runtimes, summarise_runtime
+from avs.report.tables.table_notes import count, oracle_note, whole_row
 from avs.system.errors import UserError
 from avs.system.reasons import Reason
-from avs.system.records import read_record
-from metrics.definitions import METRICS, Metric
+from metrics.definitions import Metric
 
-COLUMNS = (
-    METRICS["psnr"],
-    Metric("render_seconds", "Render", None, 3, "s", "rendering of the candidates in one selection"),
-    Metric("score_seconds", "Score", None, 3, "s", "all the rest of one selection"),
-    Metric("selection_seconds", "Selection", False, 3, "s", "one selection"),
-    Metric("view_seconds", "Per view", False, 3, "s", "one selection, divided by the views that it chooses"),
-    Metric("chosen", "Views", None, 0, "", "views that one selection chooses"),
-    Metric("candidates", "Candidates", None, 0, "", "candidates of one selection"),
-    Metric("primitives", "Gaussians", None, 0, "", "Gaussians of the reconstruction"),
-    Metric("peak_memory_gb", "Memory", False, 2, "GB", "peak memory, 10^9 bytes"),
+FIELDS = ("method", "group", "metric", "value", "lowest", "highest", "repeats", "published", "note")
+"""Columns of the csv file."""
+
+_PUBLISHED_SCENE = "garden"  # of the paper's two tables
+
+# The paper's values stand in columns of their own, without a difference, under the names that its files give them.
+_PUBLISHED_COLUMNS = (
+    Metric("psnr", "paper: PSNR", None, 2, "dB", "the paper's PSNR"),
+    Metric("selection_seconds", "paper: selection", None, 2, "s", "the paper's time of one selection"),
+    Metric("gpu_memory_gb", "paper: GPU memory", None, 1, "GB", "the paper's peak memory"),
 )
-"""What the table has of each method, in order."""
+_BESIDE = {"psnr": "psnr", "selection_seconds": "selection_seconds", "peak_memory_gb": "gpu_memory_gb"}
 
-PUBLISHED_SCENE = "garden"
-"""The scene of the paper's two tables."""
+# Beyond the printed digits: 10 microseconds, 10 kilobytes.
+_EXTRA_DECIMALS = 2
 
-_PUBLISHED_NAMES = {"gpu_memory_gb": "peak_memory_gb"}
-
-PUBLISHED_COLUMNS = (
-    Metric("published_psnr", "paper: PSNR", None, 2, "dB", "the paper's PSNR"),
-    Metric("published_selection_seconds", "paper: selection", None, 2, "s", "the paper's time of one selection"),
-    Metric("published_peak_memory_gb", "paper: GPU memory", None, 1, "GB", "the paper's peak memory"),
-)
-"""The paper's values: ``PUBLISHED_PREFIX`` and the metric that they stand beside."""
+_Numbers = Mapping[str, Mapping[str, Times]]
+_Paper = Mapping[tuple[str, str], str]
 
 
-@dataclass(frozen=True)
-class RuntimeTable:
-    """What the table says.
+def write_runtime_table(
+    records: Sequence[Path],
+    episodes: Sequence[Path],
+    methods: Sequence[str],
+    absent: Mapping[str, Reason],
+    published: Sequence[Path],
+    out: Path,
+) -> None:
+    """Write ``out`` with the suffixes ``.csv``, ``.md`` and ``.tex``.
 
-    Attributes:
-        table: one entry per method and metric; times are medians over the timed selections.
-        records: by method.
-        published: the paper's value with its digits, by method and metric.
-        ranges: shortest and longest of the timed selections, by method and metric.
-    """
-
-    table: Table
-    records: dict[str, Runtime]
-    published: dict[tuple[str, str], str]
-    ranges: dict[tuple[str, str], tuple[float, float]]
-
-
-def read_runtimes(paths: Sequence[Path]) -> dict[str, Runtime]:
-    """Read the records at ``paths`` and return them by method.
+    Args:
+        records: ``avs.nvs.timing_record.Runtime`` files, at most one for each method, all of one scene.
+        episodes: ``episode.json`` files of that scene, for the PSNR.
+        methods: see ``selection_times``.
+        absent: see ``selection_times``.
+        published: see ``selection_times``.
+        out: path of the table without suffix.
 
     Raises:
-        UserError: no path is given, a record cannot be read, repeats another, or was timed in another situation.
+        UserError: a record is missing, damaged, or not comparable with the others; or the published values cannot be
+            read.
     """
-    if not paths:
-        raise UserError("runtime records", "none given", "pass at least one")
-    found: dict[str, Runtime] = {}
-    for path in paths:
-        record = read_record(path, Runtime)
-        if record.method in found:
-            raise UserError(path, f"is a second record of {record.method}", "pass one record for each method")
-        first = next(iter(found.values()), record)
-        for name in ("scene_hash", "seed", "captured", "candidates", "iteration", "device", "machine"):
-            if getattr(record, name) != getattr(first, name):
-                fault = f"{name} is not that of {first.method}, so that their times cannot be compared"
-                raise UserError(path, fault, "time all methods again on one machine")
-        found[record.method] = record
-    return found
+    timed = read_runtimes(records)
+    collected = _of_scene(episodes, methods, timed)
+    write_document(selection_times(timed, collected, methods, absent, published), out)
 
 
-def summarise_runtime(
+def selection_times(
     records: Mapping[str, Runtime],
     episodes: Episodes,
     methods: Sequence[str],
     absent: Mapping[str, Reason],
     published: Sequence[Path],
-) -> RuntimeTable:
-    """Compute every entry.
+    untimed: int = 0,
+) -> Document:
+    """Return the table of what one selection costs.
 
     Args:
-        records: selection times by method.
+        records: selection times by method, at least one.
         episodes: on the scene that they were measured on, for the PSNR.
-        methods: identifiers of the rows, in order.
+        methods: identifiers of the methods, in the order of rows; each has its row, with the reason where it was not
+            timed.
         absent: why a method is not timed, by identifier.
         published: files of ``results/published`` with the paper's times.
+        untimed: number of methods whose times a run has asked for and does not have.
 
     Raises:
         UserError: the published values cannot be read.
     """
-    printed: dict[tuple[str, str], str] = {}
-    for path in published:
-        for (method, name), value in read_published(path, PUBLISHED_SCENE).items():
-            printed[method, _PUBLISHED_NAMES.get(name, name)] = value
-    rows, ranges = [], {}
-    for method in methods:
-        record = records.get(method)
-        entries = {"psnr": _psnr(episodes, method, absent)}
-        for metric in COLUMNS[1:]:
-            values = [] if record is None else values_of(record, metric.identifier)
-            missing = None if values else absent.get(method, Reason(cause="not timed"))
-            entries[metric.identifier] = Entry(
-                statistics.median(values) if values else None, None, 1, 1, None, missing=missing
-            )
-            if len(values) > 1:
-                ranges[method, metric.identifier] = (min(values), max(values))
-        for metric in PUBLISHED_COLUMNS:
-            paper = printed.get((method, metric.identifier.removeprefix(PUBLISHED_PREFIX)))
-            entries[metric.identifier] = Entry(None if paper is None else float(paper), None, 1, 1, paper)
-        rows.append(Row(method, *printed_as(episodes, method), entries))
-    columns = [*COLUMNS, *(PUBLISHED_COLUMNS if printed else ())]
-    return RuntimeTable(Table(episodes, columns, rows, None, has_published=False), dict(records), printed, ranges)
+    paper = {key: text for path in published for key, text in read_published(path, _PUBLISHED_SCENE).values.items()}
+    metrics = [*COLUMNS, *(_PUBLISHED_COLUMNS if paper else ())]
+    columns = tuple(map(Column, metrics))
+    numbers = summarise_runtime(records, episodes, methods, absent)
+    rows = [presented(method, episodes) for method in methods]
+    ordered = [records[method] for method in methods if method in records]
+    cells = {method: _cells(method, numbers[method], paper) for method in methods}
+    partial = [f"Incomplete: {count(untimed, 'method')} not timed yet."] if untimed else []
+    return Document(
+        label=f"runtime-{ordered[0].scene}",
+        caption=(*partial, *incomplete(episodes), *_caption(ordered)),
+        columns=columns,
+        groups=arranged(columns, rows, cells),
+        notes=tuple(_notes(rows, numbers, ordered, episodes, has_paper=bool(paper))),
+        listing=_listing(rows, numbers, paper),
+    )
 
 
-def values_of(record: Runtime, metric: str) -> list[float]:
-    """Return the values of one of ``COLUMNS``: one for each timed selection, or a single one."""
-    match metric:
-        case "render_seconds" | "score_seconds":
-            return [getattr(times, metric) for times in record.selections]
-        case "selection_seconds":
-            return [times.total_seconds for times in record.selections]
-        case "view_seconds":
-            return [times.total_seconds / record.chosen for times in record.selections]
-        case "peak_memory_gb":
-            return [record.peak_memory_bytes / 1e9]
-        case _:
-            return [float(getattr(record, metric))]
+def _cells(method: str, row: Mapping[str, Times], paper: _Paper) -> list[Cell]:
+    whole = whole_row(times.missing for times in row.values())
+    cells = [
+        Cell(times.value, cause=whole.cause if whole is not None and index == 0 else None)
+        for index, times in enumerate(row.values())
+    ]
+    texts = [paper.get((method, metric.identifier)) for metric in _PUBLISHED_COLUMNS] if paper else []
+    return cells + [Cell(None if text is None else float(text)) for text in texts]
 
 
-def _psnr(episodes: Episodes, method: str, absent: Mapping[str, Reason]) -> Entry:
-    reason = missing_episodes(episodes, method, absent)
-    if reason is not None:
-        return Entry(None, None, 0, 0, None, missing=reason)
-    seeds = episodes.complete_seeds(method)
-    values = [scene_value(episodes, method, scene, seed, "psnr") for scene in episodes.scenes for seed in seeds]
-    return Entry(statistics.fmean(value for value in values if value is not None), None, 1, len(seeds), None)
+def _listing(rows: Sequence[Presented], numbers: _Numbers, paper: _Paper) -> Listing:
+    """Return one record for each method and column.
+
+    ``value`` is the median over the timed selections, ``lowest`` and ``highest`` their range.
+    """
+    records: list[tuple[str | int, ...]] = []
+    for row in rows:
+        for metric in COLUMNS:
+            times = numbers[row.identifier][metric.identifier]
+            digits = metric.decimals + _EXTRA_DECIMALS if metric.decimals else 0
+            ends = (min(times.values), max(times.values)) if len(times.values) > 1 else (None, None)
+            texts = (plain(number, digits) for number in (times.value, *ends))
+            published = paper.get((row.identifier, _BESIDE.get(metric.identifier, "")), "")
+            note = "" if times.missing is None else str(times.missing)
+            records.append((row.identifier, row.group, metric.identifier, *texts, len(times.values), published, note))
+    return Listing(FIELDS, tuple(records))
+
+
+def _of_scene(paths: Sequence[Path], methods: Sequence[str], timed: Mapping[str, Runtime]) -> Episodes:
+    """Read the episodes and check that they are of the scene that was timed."""
+    first = next(iter(timed.values()))
+    collected = read_episodes(paths, methods)
+    for episode in (each for episodes in collected for each in episodes.all):
+        if episode.scene_hash != first.scene_hash:
+            fault = f"is an episode on another scene than {first.scene}, on which selections were timed"
+            raise UserError(f"{episode.scene}, {episode.method}", fault, "pass the episodes of the timed scene")
+    return collected[0]
+
+
+def _caption(records: Sequence[Runtime]) -> list[str]:
+    first = records[0]
+    width, height = first.image_size
+    where = first.machine.get("gpu") or f"{first.machine['processor']}, one process with {first.threads} thread(s)"
+    repeats = max(len(record.selections) for record in records)
+    return [
+        f"Selection times on the scene {first.scene}: {first.captured} captured views, {first.candidates} candidates "
+        f"of {width}x{height} pixels, after {first.iteration} iterations; {where}.",
+        f"Median of up to {repeats} selections after a warm-up, nothing else running. PSNR: end of the episodes on "
+        "this scene, mean over seeds.",
+    ]
+
+
+def _notes(
+    rows: Sequence[Presented], numbers: _Numbers, records: Sequence[Runtime], episodes: Episodes, has_paper: bool
+) -> list[str]:
+    lines = []
+    for row in rows:
+        reasons = dict.fromkeys(times.missing for times in numbers[row.identifier].values())
+        lines += [f"{row.label}: {reason}" for reason in reasons if reason is not None]
+    whole = [record.label for record in records if not any(times.render_seconds for times in record.selections)]
+    if whole:
+        lines.append(f"Score holds the whole selection of {', '.join(whole)}: no rendering is told apart")
+    own = [record.label for record in records if record.own_fit]
+    if own:
+        lines.append(f"{', '.join(own)}: timed on a reconstruction fitted with the method's own loss")
+    if records[0].device == "cuda":
+        lines.append("Memory: peak of the allocator on the GPU from the loading of the reconstruction on")
+    else:
+        lines.append("Memory: peak resident memory of a process that does nothing else, with all its libraries")
+    if has_paper:
+        lines.append(
+            "paper: on the scene Garden of Mip-NeRF360 with an NVIDIA 4090; with other images and another number of "
+            "Gaussians on another machine, so that no difference to it is printed"
+        )
+    lines += [note for episode in episodes.all for note in episode.notes]
+    return [*dict.fromkeys(lines), *oracle_note(rows)]

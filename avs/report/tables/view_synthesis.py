@@ -1,21 +1,40 @@
-"""Writes the view synthesis table of a data set from its episode records."""
+"""The view synthesis table of a data set."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from avs.report.collect import read_dataset
-from avs.report.formats.delimited import scenes_csv, table_csv
-from avs.report.formats.latex import table_latex
-from avs.report.formats.markdown import table_markdown
-from avs.report.published import read_published
-from avs.report.tables.summary import summarise_table
-from avs.system.files import write_text
+from avs.report.collect import Episodes, own_settings, read_dataset
+from avs.report.document import Cell, Column, Comparison, Document, Listing
+from avs.report.formats.numbers import compared, plain
+from avs.report.formats.writing import write_document
+from avs.report.methods import Presented, presented
+from avs.report.published import published_note, read_published
+from avs.report.tables.arrangement import arranged, in_groups
+from avs.report.tables.episode_gaps import fewer_seeds, incomplete
+from avs.report.tables.table_notes import count, missing_notes, oracle_note, scenes_and_seeds, span, whole_row
+from avs.report.tables.view_synthesis_numbers import COLUMNS, CONFIDENCE, Entry, scene_value, summarise_episodes
 from avs.system.reasons import Reason
+from metrics.definitions import Metric
 
-REFERENCE = "ours-repvit"
-"""The method that all others are compared with."""
+FIELDS = ("method", "group", "metric", "mean", "spread", "scenes", "seeds", "published", "difference", "note")
+"""Columns of the csv file."""
+
+SCENE_FIELDS = ("method", "metric", "scene", "seed", "images", "value")
+"""Columns of the csv file of scenes."""
+
+_Numbers = Mapping[str, Mapping[str, Entry]]
+_Published = Mapping[tuple[str, str], str]
+
+# Beyond the printed digits, so that differences and ranks can be recomputed.
+_EXTRA_DECIMALS = 2
+
+# The range of n differences holds their median with probability 1 - 2^(1 - n), and no percentile bootstrap is wider
+# than the range: with fewer than six scenes it cannot reach 95 %.
+_ENOUGH_SCENES = 6
+
+_RANGES = {"zero_one": "images in 0..1", "minus_one": "images in -1..1"}
 
 
 def write_nvs_table(
@@ -24,8 +43,8 @@ def write_nvs_table(
     dataset: str,
     published: Path | None,
     out: Path,
-    absent: Mapping[str, Reason] | None = None,
-    reference: str = REFERENCE,
+    absent: Mapping[str, Reason],
+    reference: str | None,
 ) -> None:
     """Write ``out`` with the suffixes ``.csv``, ``.md`` and ``.tex``, and ``_per_scene.csv``.
 
@@ -34,27 +53,184 @@ def write_nvs_table(
 
     Args:
         episodes: ``episode.json`` files of the data set.
-        methods: identifiers of the methods, in the order of rows; each has its row, with the reason where it has no
-            number.
+        methods: see ``view_synthesis``.
         dataset: name of the data set.
-        published: a file of ``results/published`` (``avs.report.published.published_name``), or None.
+        published: see ``view_synthesis``.
         out: path of the table without suffix.
-        absent: why a method could not run, with the remedy, by identifier.
-        reference: identifier of the method that the others are compared with by paired bootstrap.
+        absent: see ``view_synthesis``.
+        reference: see ``view_synthesis``.
 
     Raises:
         UserError: no episodes; a record is missing, damaged, of another data set or not comparable with the others;
             or the published values cannot be read.
     """
     collected = read_dataset(episodes, methods, dataset)
-    values = None if published is None else read_published(published)
-    table = summarise_table(collected, methods, values, reference, absent or {})
-    write_text(with_ending(out, ".csv"), table_csv(table))
-    write_text(with_ending(out, "_per_scene.csv"), scenes_csv(table))
-    write_text(with_ending(out, ".md"), table_markdown(table))
-    write_text(with_ending(out, ".tex"), table_latex(table))
+    write_document(view_synthesis(collected, methods, published, absent, reference), out)
 
 
-def with_ending(path: Path, ending: str) -> Path:
-    """Append ``ending``, not ``with_suffix``: a data set's name may hold a point."""
-    return path.with_name(path.name + ending)
+def view_synthesis(
+    episodes: Episodes,
+    methods: Sequence[str],
+    published: Path | None,
+    absent: Mapping[str, Reason],
+    reference: str | None,
+) -> Document:
+    """Return the table of the test images at the end of the optimisation.
+
+    Args:
+        episodes: the episodes of one data set.
+        methods: identifiers of the methods, in the order of rows; each has its row, with the reason where it has no
+            number.
+        published: a file of ``results/published`` (``avs.report.published.published_name``), or None.
+        absent: why a method could not run, by identifier.
+        reference: identifier of the method that the others are compared with by paired bootstrap, or None; one
+            without episodes counts as None.
+
+    Raises:
+        UserError: the published values cannot be read.
+    """
+    paper = None if published is None else read_published(published)
+    compared_with = reference if reference in episodes.cells else None
+    numbers = summarise_episodes(episodes, methods, compared_with, absent)
+    rows = [presented(method, episodes) for method in methods]
+    columns = tuple(Column(metric, published=paper is not None) for metric in COLUMNS)
+    reasons = {method: {metric: entry.missing for metric, entry in row.items()} for method, row in numbers.items()}
+    cells = {method: _cells(method, numbers[method], {} if paper is None else paper.values) for method in methods}
+    notes = [
+        *missing_notes(episodes, COLUMNS, rows, reasons),
+        *_spread_note(numbers),
+        *_lpips_note(episodes),
+        *([] if paper is None else [published_note(paper.dataset, episodes.dataset)]),
+        *_interval_note(episodes, compared_with, rows),
+        *oracle_note(rows),
+        *own_settings(episodes),
+        *(note for episode in episodes.all for note in episode.notes),
+    ]
+    return Document(
+        label=f"nvs-{episodes.dataset}",
+        caption=(*incomplete(episodes), *_caption(episodes, numbers)),
+        columns=columns,
+        groups=arranged(columns, rows, cells),
+        notes=tuple(dict.fromkeys(notes)),
+        listing=_listing(episodes, rows, numbers, cells, compared_with),
+        comparison=None if compared_with is None else _comparison(presented(compared_with, episodes), rows, numbers),
+        appendices={"_per_scene": _scenes(episodes, methods)},
+    )
+
+
+def _cells(method: str, row: Mapping[str, Entry], published: _Published) -> list[Cell]:
+    whole = whole_row(entry.missing for entry in row.values())
+    return [
+        Cell(
+            value=entry.mean,
+            spread=entry.spread,
+            published=published.get((method, metric.identifier)),
+            cause=whole.cause if whole is not None and index == 0 else None,
+        )
+        for index, (metric, entry) in enumerate(zip(COLUMNS, row.values(), strict=True))
+    ]
+
+
+def _caption(episodes: Episodes, numbers: _Numbers) -> list[str]:
+    """Return what was measured, on what, and how."""
+    facts = [
+        *scenes_and_seeds(episodes),
+        f"{span(len(episode.curve[-1].images) for episode in episodes.all)} test images a scene",
+        f"{span(episode.budget for episode in episodes.all)} views",
+        f"{span(len(episode.initial) for episode in episodes.all)} of them initial",
+        f"{span(episode.curve[-1].iteration for episode in episodes.all)} iterations",
+    ]
+    sentences = [
+        f"Active view selection on the data set {episodes.dataset}: {', '.join(facts)}.",
+        "Test images at the end of the optimisation; mean over seeds of the mean over scenes.",
+    ]
+    if _has_spread(numbers):
+        sentences.append("After the plus-minus sign: standard deviation over seeds of the mean over scenes.")
+    return sentences
+
+
+def _has_spread(numbers: _Numbers) -> bool:
+    return any(entry.spread is not None for row in numbers.values() for entry in row.values())
+
+
+def _comparison(reference: Presented, rows: Sequence[Presented], numbers: _Numbers) -> Comparison:
+    ordered = [row for _, members in in_groups(rows) for row in members if row.identifier != reference.identifier]
+    return Comparison(
+        title=f"Difference to {reference.label}, with {CONFIDENCE:.0%} paired bootstrap interval over scenes and seeds",
+        rows=tuple((row.label, tuple(entry.against for entry in numbers[row.identifier].values())) for row in ordered),
+    )
+
+
+def _listing(
+    episodes: Episodes,
+    rows: Sequence[Presented],
+    numbers: _Numbers,
+    cells: Mapping[str, Sequence[Cell]],
+    reference: str | None,
+) -> Listing:
+    """Return one record for each method and metric in the order of the table."""
+    records: list[tuple[str | int, ...]] = []
+    for row in rows:
+        for metric, cell in zip(COLUMNS, cells[row.identifier], strict=True):
+            entry, digits = numbers[row.identifier][metric.identifier], metric.decimals + _EXTRA_DECIMALS
+            notes = _entry_notes(episodes, row.identifier, entry, metric, reference, _has_spread(numbers))
+            texts = (plain(entry.mean, digits), plain(entry.spread, digits))
+            paper = (cell.published or "", plain(cell.difference, digits))
+            counts = (entry.scenes, entry.seeds)
+            records.append((row.identifier, row.group, metric.identifier, *texts, *counts, *paper, "; ".join(notes)))
+    return Listing(FIELDS, tuple(records))
+
+
+def _entry_notes(
+    episodes: Episodes, method: str, entry: Entry, metric: Metric, reference: str | None, has_spread: bool
+) -> list[str]:
+    if entry.missing is not None:
+        return [str(entry.missing)]
+    notes = []
+    if entry.seeds == 1 and has_spread:
+        notes.append("one seed, no spread")
+    if entry.against is not None:
+        notes.append(f"vs {reference} {compared(entry.against, metric.decimals)}")
+    if (fewer := fewer_seeds(episodes, method)) is not None:
+        notes.append(fewer)
+    # A deviation of one scene, such as a capped budget, concerns the mean of every metric.
+    return notes + sorted({note for episode in episodes.cells[method].values() for note in episode.notes})
+
+
+def _scenes(episodes: Episodes, methods: Sequence[str]) -> Listing:
+    """Return one record for each method, metric, scene and seed: the mean over the test images at the end."""
+    records = [
+        (
+            method,
+            metric.identifier,
+            scene,
+            seed,
+            len(episode.curve[-1].images),
+            plain(scene_value(episodes, method, scene, seed, metric.identifier), metric.decimals + _EXTRA_DECIMALS),
+        )
+        for method in methods
+        for metric in COLUMNS
+        for (scene, seed), episode in episodes.cells.get(method, {}).items()
+    ]
+    return Listing(SCENE_FIELDS, tuple(records))
+
+
+def _spread_note(numbers: _Numbers) -> list[str]:
+    if any(entry.seeds == 1 for row in numbers.values() for entry in row.values()):
+        return ["with one seed the spread over seeds is undefined and left out"]
+    return []
+
+
+def _lpips_note(episodes: Episodes) -> list[str]:
+    settings = episodes.all[0].protocol.get("lpips")
+    measured_anywhere = any("lpips" not in episode.absent for episode in episodes.all)
+    if not isinstance(settings, dict) or not measured_anywhere:
+        return []
+    return [f"LPIPS: {settings.get('net')}, fed {_RANGES.get(str(settings.get('range')), 'unknown range')}"]
+
+
+def _interval_note(episodes: Episodes, reference: str | None, rows: Sequence[Presented]) -> list[str]:
+    scenes = len(episodes.scenes)
+    if reference is None or len(rows) == 1 or scenes >= _ENOUGH_SCENES:
+        return []
+    return [f"a bootstrap over {count(scenes, 'scene')} gives intervals that are too narrow"]

@@ -1,10 +1,10 @@
-"""The ranking table before it takes a form: does a method's score order the candidates as the truth does?"""
+"""The numbers of the ranking table: do a method's scores order the candidates as the truth does?"""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from avs.nvs.record import Episode, Step
 from avs.report.collect import Cell, Episodes
-from avs.report.tables.summary import Entry, Row, Table, missing_episodes, printed_as
+from avs.report.tables.episode_gaps import missing_row
 from avs.selection.contract import Direction
 from avs.system.reasons import Reason
 from metrics.definitions import Metric
@@ -32,7 +32,7 @@ _NAMES: dict[Target, str] = {"ssim": "SSIM", "psnr": "PSNR", "gain": "gain"}
 
 
 @dataclass(frozen=True)
-class Column:
+class Correlated:
     """One correlation: which truth, which statistic, and how the column is printed."""
 
     target: Target
@@ -41,7 +41,7 @@ class Column:
 
 
 COLUMNS = tuple(
-    Column(
+    Correlated(
         target,
         statistic,
         Metric(
@@ -60,45 +60,44 @@ COLUMNS = tuple(
 
 
 @dataclass(frozen=True)
-class Detail:
-    """What a correlation is a mean of.
+class Ranking:
+    """One correlation of one method.
 
     Attributes:
-        steps: number of selections that entered, over all scenes and seeds.
+        mean: mean over seeds of the mean over scenes of the mean over selections, or None with a reason in ``missing``.
+        spread: standard deviation over seeds of the mean over scenes or, with one seed, over scenes; or None.
         over: what the spread is over: ``seeds``, ``scenes``, or empty where there is no spread.
+        scenes: number of scenes in the mean.
+        seeds: number of seeds in the mean.
+        steps: number of selections in the mean, over all scenes and seeds.
         left_out: selections whose correlation is undefined, by reason.
+        missing: why there is no mean, or None.
     """
 
-    steps: int
-    over: str
-    left_out: dict[str, int]
+    mean: float | None = None
+    spread: float | None = None
+    over: str = ""
+    scenes: int = 0
+    seeds: int = 0
+    steps: int = 0
+    left_out: Mapping[str, int] = field(default_factory=dict)
+    missing: Reason | None = None
 
 
-@dataclass(frozen=True)
-class Ranking:
-    """The ranking table of one data set: its numbers, and a detail for each (method, column's identifier)."""
-
-    table: Table
-    details: dict[tuple[str, str], Detail]
-
-
-def summarise_ranking(episodes: Episodes, methods: Sequence[str], absent: Mapping[str, Reason]) -> Ranking:
-    """Compute every correlation: mean over selections, then over scenes, then over seeds.
+def summarise_ranking(
+    episodes: Episodes, methods: Sequence[str], absent: Mapping[str, Reason]
+) -> dict[str, dict[str, Ranking]]:
+    """Compute every correlation, by identifier of the method and of the column.
 
     Args:
         episodes: the episodes of one data set.
-        methods: identifiers of the rows, in order; those without numbers keep their row, with the reason.
+        methods: identifiers of the rows; those without numbers have the reason.
         absent: why a method could not run, by identifier.
     """
-    rows, details = [], {}
-    for method in methods:
-        entries = {}
-        for column in COLUMNS:
-            key = column.metric.identifier
-            entries[key], details[method, key] = _entry(episodes, method, column, absent)
-        rows.append(Row(method, *printed_as(episodes, method), entries))
-    metrics = [column.metric for column in COLUMNS]
-    return Ranking(Table(episodes, metrics, rows, reference=None, has_published=False), details)
+    return {
+        method: {column.metric.identifier: _ranking(episodes, method, column, absent) for column in COLUMNS}
+        for method in methods
+    }
 
 
 def oriented(step: Step, chooses: Direction, target: Target) -> tuple[FloatArray, FloatArray] | None:
@@ -118,10 +117,10 @@ def oriented(step: Step, chooses: Direction, target: Target) -> tuple[FloatArray
     return values[:, 0] * (1 if chooses == "highest" else -1), values[:, 1] * (1 if target == "gain" else -1)
 
 
-def _entry(episodes: Episodes, method: str, column: Column, absent: Mapping[str, Reason]) -> tuple[Entry, Detail]:
-    reason = missing_episodes(episodes, method, absent)
+def _ranking(episodes: Episodes, method: str, column: Correlated, absent: Mapping[str, Reason]) -> Ranking:
+    reason = missing_row(episodes, method, absent)
     if reason is not None:
-        return _without(reason)
+        return Ranking(missing=reason)
     seeds, scenes = episodes.complete_seeds(method), episodes.scenes
     cells: dict[Cell, list[Correlation]] = {
         (scene, seed): _correlations(episodes.cells[method][scene, seed], column) for scene in scenes for seed in seeds
@@ -129,26 +128,26 @@ def _entry(episodes: Episodes, method: str, column: Column, absent: Mapping[str,
     found = {
         cell: [each.value for each in correlations if each.value is not None] for cell, correlations in cells.items()
     }
-    for (scene, seed), values in found.items():
+    for cell, values in found.items():
         if not values:
-            return _without(_undefined(episodes.cells[method][scene, seed], cells[scene, seed], column))
+            return Ranking(missing=_undefined(episodes.cells[method][cell], cells[cell], column))
     means = np.array([[np.mean(found[scene, seed]) for scene in scenes] for seed in seeds])
     summary = summarise(means)
     spread, over = summary.spread, "seeds" if len(seeds) > 1 else ""
     if len(seeds) == 1 and len(scenes) > 1:
         spread, over = float(means[0].std(ddof=1)), "scenes"
     left_out = Counter(each.reason for correlations in cells.values() for each in correlations if each.reason)
-    detail = Detail(sum(map(len, found.values())), over, dict(sorted(left_out.items())))
-    return Entry(summary.mean, spread, len(scenes), len(seeds), None), detail
+    steps = sum(map(len, found.values()))
+    return Ranking(summary.mean, spread, over, len(scenes), len(seeds), steps, dict(sorted(left_out.items())))
 
 
-def _correlations(episode: Episode, column: Column) -> list[Correlation]:
+def _correlations(episode: Episode, column: Correlated) -> list[Correlation]:
     """Return the correlation at every selection where scores and truth are recorded."""
     pairs = (oriented(step, episode.chooses, column.target) for step in episode.steps)
     return [STATISTICS[column.statistic](*pair) for pair in pairs if pair is not None]
 
 
-def _undefined(episode: Episode, correlations: Sequence[Correlation], column: Column) -> Reason:
+def _undefined(episode: Episode, correlations: Sequence[Correlation], column: Correlated) -> Reason:
     """Say why an episode has no correlation at all."""
     if all(step.scores is None for step in episode.steps):
         return Reason(cause="the method records no scores")
@@ -156,7 +155,3 @@ def _undefined(episode: Episode, correlations: Sequence[Correlation], column: Co
         return Reason(cause=f"not measured (protocol.truth.{SETTINGS[column.target]})")
     reasons = sorted({each.reason for each in correlations if each.reason is not None})
     return Reason(cause=f"{episode.scene}: {', '.join(reasons)}")
-
-
-def _without(reason: Reason) -> tuple[Entry, Detail]:
-    return Entry(None, None, 0, 0, None, missing=reason), Detail(0, "", {})

@@ -6,8 +6,8 @@ import random
 import pytest
 
 from avs.nvs.record import Step, StepTruth
-from avs.report.tables.rank_correlation import oriented
-from avs.report.tables.ranking_table import FIELDS, write_ranking_table
+from avs.report.tables.score_ranking import FIELDS, write_ranking_table
+from avs.report.tables.score_ranking_numbers import oriented
 from avs.selection.contract import ORACLE
 from avs.system.errors import UserError
 from avs.system.reasons import Reason

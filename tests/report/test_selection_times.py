@@ -6,7 +6,7 @@ import re
 import pytest
 
 from avs.nvs.timing_record import Runtime, SelectionTimes
-from avs.report.tables.runtime_table import write_runtime_table
+from avs.report.tables.selection_times import write_runtime_table
 from avs.system.errors import UserError
 from avs.system.reasons import Reason
 from avs.system.records import write_record

@@ -12,6 +12,7 @@ from avs.system.errors import UserError
 from avs.system.reasons import Reason
 from metrics.definitions import METRICS
 
+REFERENCE = "ours-repvit"
 METHODS = ["random", "farthest", "piqe", "fisherrf", "ours-repvit"]
 COLUMNS = "method,group,metric,mean,spread,scenes,seeds,published,difference,note"
 PUBLISHED = "table,dataset,scene,method,metric,value\n" + "".join(
@@ -29,12 +30,12 @@ PUBLISHED = "table,dataset,scene,method,metric,value\n" + "".join(
 def table(tmp_path, written):
     """Write the table of some episodes; return its rows by (method, metric) and its Markdown and LaTeX."""
 
-    def write(episodes, methods=METHODS, published=None, dataset="orbit", absent=None):
+    def write(episodes, methods=METHODS, published=None, dataset="orbit", absent=None, reference=REFERENCE):
         if published is not None:
             (tmp_path / "published.csv").write_text(published)
         source = None if published is None else tmp_path / "published.csv"
         out = tmp_path / "tables" / f"nvs_{dataset}"
-        write_nvs_table(written(episodes), methods, dataset, source, out, absent)
+        write_nvs_table(written(episodes), methods, dataset, source, out, absent or {}, reference)
         with open(f"{out}.csv", newline="") as stream:
             rows = {(row["method"], row["metric"]): row for row in csv.DictReader(stream)}
         return rows, *(out.with_name(out.name + ending).read_text() for ending in (".md", ".tex"))
@@ -70,6 +71,25 @@ def test_values_by_hand(episode, table):
         "2 scenes (attic, cellar), 3 seeds (0, 1, 2), 2 test images a scene, 6 views, 4 of them initial, 100 it"
         in latex
     )
+
+
+def test_the_reference_is_the_method_that_is_named_or_none(episode, table):
+    episodes = [episode("random"), episode("ours-repvit", psnr=(22.0, 24.0))]
+    rows, markdown, _ = table(episodes, reference="random")
+    assert rows["ours-repvit", "psnr"]["note"] == "vs random +2.00 [one pair]"
+    assert "Difference to Random" in markdown
+    rows, markdown, _ = table(episodes, reference=None)
+    assert rows["ours-repvit", "psnr"]["note"] == ""
+    assert "Difference to" not in markdown
+    assert "Difference to" not in table(episodes, reference="farthest")[1]
+
+
+def test_what_the_paper_proposes_is_set_off_by_what_the_method_says_of_itself(episode, table):
+    """Not by its identifier: another's ``ours-`` gets no rule."""
+    _, _, latex = table([episode("random"), episode("ours-repvit")], ["random", "ours-repvit"])
+    assert "\\cmidrule(l){2-5}\n & Ours-RepViT" in latex
+    _, _, latex = table([episode("random"), episode("ours-mine")], ["random", "ours-mine"])
+    assert r"\cmidrule(l)" not in latex
 
 
 def test_every_metric_is_a_field_of_the_record():
@@ -185,9 +205,11 @@ def test_missing_scene_is_never_averaged_over(episode, table):
     assert rows["random", "psnr"]["mean"] == ""
     assert rows["random", "psnr"]["note"] == "no episode of cellar"
     one_seed_short = [each for each in episodes if (each.method, each.scene, each.seed) != ("random", "cellar", 1)]
-    rows, *_ = table(one_seed_short, ["random", "ours-repvit"])
+    rows, markdown, _ = table(one_seed_short, ["random", "ours-repvit"])
     assert (rows["random", "psnr"]["mean"], rows["random", "psnr"]["seeds"]) == ("26.0000", "1")
     assert rows["random", "psnr"]["note"].startswith("one seed, no spread; vs ours-repvit 0.00")
+    assert rows["random", "psnr"]["note"].endswith("; mean of seed 0 only, no episode of cellar with seed 1")
+    assert "- Random: mean of seed 0 only, no episode of cellar with seed 1\n" in markdown
 
 
 def test_notes_of_episodes_are_repeated_once(episode, table):
@@ -217,7 +239,7 @@ def test_equal_records_give_equal_bytes_in_any_order(episode, written, tmp_path)
     contents = []
     for name in ("first", "second"):
         random.Random(name).shuffle(episodes)
-        write_nvs_table(written(episodes), METHODS, "orbit", None, tmp_path / name / "nvs_orbit")
+        write_nvs_table(written(episodes), METHODS, "orbit", None, tmp_path / name / "nvs_orbit", {}, REFERENCE)
         contents.append({path.name: path.read_bytes() for path in (tmp_path / name).iterdir()})
     assert contents[0] == contents[1]
     assert set(contents[0]) == {"nvs_orbit.csv", "nvs_orbit.md", "nvs_orbit.tex", "nvs_orbit_per_scene.csv"}
@@ -271,14 +293,14 @@ def test_damaged_files_are_refused_in_one_line(episode, written, tmp_path):
     for text, fault in (("{", "Invalid JSON"), ('{"scene": 1}', "scene")):
         path.write_text(text)
         with pytest.raises(UserError, match=fault) as error:
-            write_nvs_table([path], ["random"], "orbit", None, tmp_path / "nvs_orbit")
+            write_nvs_table([path], ["random"], "orbit", None, tmp_path / "nvs_orbit", {}, REFERENCE)
         assert "\n" not in str(error.value)
         assert str(path) in str(error.value)
     with pytest.raises(UserError, match="No such file"):
-        write_nvs_table([tmp_path / "absent.json"], ["random"], "orbit", None, tmp_path / "nvs_orbit")
+        write_nvs_table([tmp_path / "absent.json"], ["random"], "orbit", None, tmp_path / "nvs_orbit", {}, REFERENCE)
     (path,) = written([episode("random")])
     for text, fault in (("a,b\n", "columns"), (PUBLISHED.replace("17.91", "high"), "not a number")):
         (tmp_path / "wrong.csv").write_text(text)
         with pytest.raises(UserError, match=fault):
-            write_nvs_table([path], ["random"], "orbit", tmp_path / "wrong.csv", tmp_path / "nvs_orbit")
+            write_nvs_table([path], ["random"], "orbit", tmp_path / "wrong.csv", tmp_path / "nvs_orbit", {}, REFERENCE)
     assert not list(tmp_path.glob("nvs_orbit*"))

@@ -1,0 +1,127 @@
+"""A table before it takes a form: all that its Markdown, LaTeX and csv hold, whatever it was computed from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from metrics.definitions import Metric
+
+
+@dataclass(frozen=True)
+class Column:
+    """One quantity.
+
+    Attributes:
+        metric: its name, direction, decimals and unit.
+        published: whether the paper's value and the difference to it stand beside each cell.
+    """
+
+    metric: Metric
+    published: bool = False
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One quantity of one row.
+
+    Attributes:
+        value: the number, or None if it is missing.
+        spread: what stands after the plus-minus sign, or None.
+        rank: 1, 2 or 3 for the best three values of the column, or None.
+        published: the paper's value with its digits, or None.
+        cause: words that stand in place of a missing number, or None for a dash.
+    """
+
+    value: float | None = None
+    spread: float | None = None
+    rank: int | None = None
+    published: str | None = None
+    cause: str | None = None
+
+    @property
+    def difference(self) -> float | None:
+        """The value minus the published one, or None where one of them is missing."""
+        return None if self.value is None or self.published is None else self.value - float(self.published)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One method.
+
+    Attributes:
+        label: its printed name.
+        cells: one for each column.
+        proposed: whether the paper proposes it; a rule may set such rows off from the others.
+    """
+
+    label: str
+    cells: tuple[Cell, ...]
+    proposed: bool = False
+
+
+@dataclass(frozen=True)
+class Group:
+    """Rows under one heading."""
+
+    name: str
+    rows: tuple[Row, ...]
+
+
+@dataclass(frozen=True)
+class Difference:
+    """The difference of a row to the reference method in one column.
+
+    Attributes:
+        value: the mean of the paired differences.
+        interval: lower and upper end of its confidence interval, or None if there is one pair only.
+    """
+
+    value: float
+    interval: tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A second section: each row's difference to one method.
+
+    Attributes:
+        title: with what the rows are compared, and what the intervals are.
+        rows: label and differences by column, in the order of the first section; None where there is none.
+    """
+
+    title: str
+    rows: tuple[tuple[str, tuple[Difference | None, ...]], ...]
+
+
+@dataclass(frozen=True)
+class Listing:
+    """Numbers for other programs: the names of the fields, and records of as many values; empty text is missing."""
+
+    fields: tuple[str, ...]
+    records: tuple[tuple[str | int, ...], ...]
+
+
+@dataclass(frozen=True)
+class Document:
+    """A table.
+
+    Attributes:
+        label: identifier, such as ``nvs-orbit``, by which LaTeX refers to it.
+        caption: sentences.
+        columns: its columns.
+        groups: its rows.
+        notes: what a reader must know beside the numbers, without full stops.
+        listing: the same numbers with more digits, for a csv file.
+        comparison: the second section, or None.
+        appendices: further csv files, by what is appended to the name of the table, such as ``_per_scene``.
+    """
+
+    label: str
+    caption: tuple[str, ...]
+    columns: tuple[Column, ...]
+    groups: tuple[Group, ...]
+    notes: tuple[str, ...]
+    listing: Listing
+    comparison: Comparison | None = None
+    appendices: Mapping[str, Listing] = field(default_factory=dict)

@@ -1,0 +1,43 @@
+"""How a method is presented: its printed name, its group, and whether the paper proposes it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from avs.report.collect import Episodes
+from avs.selection import registry
+from avs.selection.contract import ORACLE
+
+
+@dataclass(frozen=True)
+class Presented:
+    """One method as tables and figures show it.
+
+    Attributes:
+        identifier: such as ``fisherrf``.
+        label: printed name.
+        group: heading of its rows; empty for a method of which nothing is known.
+        proposed: whether the paper proposes it.
+    """
+
+    identifier: str
+    label: str
+    group: str = ""
+    proposed: bool = False
+
+    @property
+    def ranked(self) -> bool:
+        """Whether it competes: an oracle looks at photographs that no method can see."""
+        return self.group != ORACLE
+
+
+def presented(identifier: str, episodes: Episodes | None = None) -> Presented:
+    """Return how a method is presented: as its records say or, without any, its metadata."""
+    registered = registry.methods().get(identifier)
+    proposed = registered is not None and registered.method.proposed
+    if episodes is not None and (cells := episodes.cells.get(identifier)):
+        episode = next(iter(cells.values()))
+        return Presented(identifier, episode.label, episode.group, proposed)
+    if registered is None:
+        return Presented(identifier, identifier)
+    return Presented(identifier, registered.method.label, registered.method.group, proposed)

@@ -1,0 +1,58 @@
+"""What all tables do the same way: rows in groups, and the best three values of each column marked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from avs.report.document import Cell, Column, Group, Row
+from avs.report.methods import Presented
+from avs.selection.contract import ORACLE
+from metrics.definitions import Metric
+
+GROUPS = ("Geometric", "3D-based", "2D-based")
+"""Order of the groups; those that a plug-in adds follow, oracles are the last."""
+
+_MARKED = 3
+
+
+def in_groups(methods: Sequence[Presented]) -> list[tuple[str, list[Presented]]]:
+    """Return the methods by group: known groups in their order, others as they first occur, then oracles."""
+    others = (method.group for method in methods if method.group != ORACLE)
+    names = dict.fromkeys([*GROUPS, *others, ORACLE])
+    groups = [(name, [method for method in methods if method.group == name]) for name in names]
+    return [(name, members) for name, members in groups if members]
+
+
+def arranged(
+    columns: Sequence[Column], methods: Sequence[Presented], cells: Mapping[str, Sequence[Cell]]
+) -> tuple[Group, ...]:
+    """Return the rows in groups, with ranks.
+
+    Args:
+        columns: the columns of the table.
+        methods: its rows, in order.
+        cells: one for each column, by identifier of the method; their ranks are set here.
+    """
+    ranked = {method.identifier: list(cells[method.identifier]) for method in methods}
+    for index, column in enumerate(columns):
+        values = {method.identifier: cells[method.identifier][index].value for method in methods if method.ranked}
+        for identifier, rank in ranks(values, column.metric).items():
+            ranked[identifier][index] = replace(ranked[identifier][index], rank=rank)
+    return tuple(
+        Group(name, tuple(Row(each.label, tuple(ranked[each.identifier]), each.proposed) for each in members))
+        for name, members in in_groups(methods)
+    )
+
+
+def ranks(values: Mapping[str, float | None], metric: Metric) -> dict[str, int]:
+    """Return 1, 2 or 3 for the best three printed values.
+
+    Values that print the same share a rank, and the next value has the next rank, as in the paper's Table 1. A quantity
+    without a direction has no ranks.
+    """
+    if metric.higher_is_better is None:
+        return {}
+    printed = {name: float(f"{value:.{metric.decimals}f}") for name, value in values.items() if value is not None}
+    best = sorted(set(printed.values()), reverse=metric.higher_is_better)[:_MARKED]
+    return {name: best.index(value) + 1 for name, value in printed.items() if value in best}
