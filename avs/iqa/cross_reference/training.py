@@ -28,7 +28,6 @@ Progress = Callable[[str], None]
 
 _HELD_OUT_BATCHES = 4
 _CALIBRATION_BATCHES = 8
-_RGB = 3
 
 
 @dataclass(frozen=True)
@@ -171,8 +170,7 @@ def loss(network: CrossReferenceNetwork, batch: Batch) -> Tensor:
     """
     sets, per_set = batch.queries.shape[:2]
     images = torch.cat([batch.queries.flatten(0, 1), batch.references.flatten(0, 1)])
-    cached = images.shape[-3] != _RGB
-    tokens = network.tokens(images) if cached else network.encode(images)
+    tokens = network.tokens(images) if batch.encoded else network.encode(images)
     queries, references = tokens[: sets * per_set], tokens[sets * per_set :]
     memory = network.memory(references.reshape(sets, -1, references.shape[-1]))
     absent = None

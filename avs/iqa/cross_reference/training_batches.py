@@ -25,7 +25,8 @@ class Batch:
 
     Attributes:
         queries: ``[s, q, 3, crop, crop]`` in 0..1; or ``[s, q, crop / 14, crop / 14, channels]``, the backbone's
-        features. maps: ``[s, q, crop, crop]`` true SSIM in 0..1.
+            features.
+        maps: ``[s, q, crop, crop]`` true SSIM in 0..1.
         references: ``[s, k, ...]`` as ``queries``.
         present: ``[s, k]`` bool, which references count; the others are black.
     """
@@ -34,6 +35,11 @@ class Batch:
     maps: Tensor
     references: Tensor
     present: Tensor
+
+    @property
+    def encoded(self) -> bool:
+        """Whether queries and references are features, not pixels."""
+        return self.queries.shape[-2:] != self.maps.shape[-2:]
 
     def to(self, device: str) -> Batch:
         """Return the batch on ``device``."""
@@ -57,8 +63,7 @@ class Sampler:
             settings: sizes and numbers.
             rng: decides every draw.
             features: if given, whole images ``[n, 3, height, width]`` in 0..1 pass through it once, and the crops are
-            taken of what it
-                returns, ``[n, height // 14, width // 14, channels]``.
+                taken of what it returns, ``[n, height // 14, width // 14, channels]``.
 
         Raises:
             UserError: a scene's images are smaller than a crop.

@@ -118,6 +118,11 @@ def test_dinov2_is_trained_by_the_same_code(paths, tmp_path):
     assert errors[-1] < errors[0]
 
 
+def test_features_three_tokens_wide_are_not_taken_for_colours(paths, tmp_path):
+    _, card, _ = _train(paths, tmp_path / "three", _settings(crop=42, steps=1, evaluations=1))
+    assert len(json.loads(card.read_text())["mean_absolute_error"]) == 1
+
+
 def test_held_out_scene_must_be_another(paths, tmp_path):
     with pytest.raises(UserError, match="both for training and held out"):
         _train([paths[0], paths[0]], tmp_path / "same")
