@@ -1,4 +1,5 @@
-# Two commands: `make tables` and `make test`. Each first makes the virtual environment that it needs.
+# Two commands: `make tables` and `make test`; and `make check`, which runs every rule once, in minutes. Each first makes
+# the virtual environment that it needs.
 # PYTHON: the interpreter the environment is made with; CORES: jobs at a time.
 
 PYTHON ?= python3
@@ -7,10 +8,13 @@ SHELL := bash
 .SHELLFLAGS := -euo pipefail -c
 export PATH := $(CURDIR)/.venv/bin:$(PATH)
 
-.PHONY: tables test lint ci
+.PHONY: tables test lint check
 
 tables: .venv/installed
 	snakemake -j$(CORES) tables
+
+check: .venv/installed
+	snakemake -j$(CORES) tables --configfile workflows/config/check.yaml
 
 test: .venv/installed lint
 	pytest -n $(CORES)

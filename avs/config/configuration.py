@@ -6,16 +6,20 @@
 from __future__ import annotations
 
 import difflib
+import functools
+import operator
 from collections.abc import Collection
-from typing import Any, Literal, Self, cast
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, cast
 
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
-from avs.datasets.capture_settings import CaptureSettings
-from avs.datasets.embedded.embedded_settings import EmbeddedSettings
+from avs.datasets.captures import Captures
+from avs.datasets.reader import Reader
+from avs.datasets.reader_registry import readers
 from avs.iqa.cross_reference.scorer_settings import BACKBONE_OF, RenderSettings, ScorerSettings
 from avs.nvs.protocol import ProtocolSettings, protocol_of_method
 from avs.nvs.timing_settings import RuntimeSettings
+from avs.report.published import PRINTED_NAMES
 from avs.report.report_settings import ReportSettings
 from avs.representations import kinds
 from avs.representations.kinds import AnyRepresentationSettings
@@ -23,32 +27,32 @@ from avs.selection import registry
 from avs.system.errors import UserError
 from avs.system.models import StrictModel, first_fault
 
-Pattern = Literal["orbit", "walkthrough", "handheld", "egocentric"]
 ScorerName = Literal["repvit", "dinov2"]
+DataSetName = Annotated[str, Field(pattern=r"^[a-z0-9_]+$")]
 
-
-class EmbeddedConfig(StrictModel):
-    """Scenes that are made from a seed."""
-
-    scenes: dict[Pattern, tuple[int, ...]] = Field(
-        default_factory=dict, description="which scenes are evaluated: seeds for each capture pattern"
-    )
-    capture: EmbeddedSettings = Field(default_factory=EmbeddedSettings, description="how they are captured")
+# The settings of a data set: those of any reader, told apart by ``source``.
+if TYPE_CHECKING:
+    DataSet = Reader
+else:
+    DataSet = Annotated[functools.reduce(operator.or_, readers().values()), Field(discriminator="source")]
 
 
 class DistortionConfig(StrictModel):
-    """The distorted images that every cross-reference scorer of the run is trained on."""
+    """The data sets that are not evaluated: all cross-reference scorers of the run are trained and measured on them."""
 
-    pattern: Pattern = Field(default="handheld", description="capture pattern of the scenes that train scorers")
-    training_seeds: tuple[int, ...] = Field(min_length=1, description="seeds of the scenes that train scorers")
-    held_out_seeds: tuple[int, ...] = Field(min_length=1, description="seeds of the scenes that only measure them")
+    training: tuple[str, ...] = Field(min_length=1, description="data sets whose scenes train scorers")
+    held_out: tuple[str, ...] = Field(min_length=1, description="data sets whose scenes only measure scorers")
     renders: RenderSettings = Field(default_factory=RenderSettings, description="when a scene is rendered")
+
+    @property
+    def datasets(self) -> tuple[str, ...]:
+        """The names of all of them."""
+        return (*self.training, *self.held_out)
 
     @model_validator(mode="after")
     def _disjoint(self) -> Self:
-        shared = set(self.training_seeds) & set(self.held_out_seeds)
-        if shared:
-            raise ValueError(f"seeds {sorted(shared)} are both for training and held out")
+        if len(set(self.datasets)) < len(self.datasets):
+            raise ValueError("a data set is named twice; it either trains scorers or is held out")
         return self
 
 
@@ -62,15 +66,19 @@ class Config(StrictModel):
     selectors: dict[str, dict[str, Any]] = Field(
         default_factory=dict, description="settings of the methods, by identifier"
     )
-    protocols: dict[str, dict[str, Any]] = Field(
+    method_protocols: dict[str, dict[str, Any]] = Field(
         default_factory=dict,
         description="settings of the loop for one method alone, by identifier; they go before what the method brings",
     )
-    scenes_dir: str | None = Field(
-        default=None, description="folder of captures in COLMAP layout to evaluate instead of embedded scenes"
+    datasets: dict[DataSetName, DataSet] = Field(
+        default_factory=dict,
+        description="the data sets by name; those that distortions names are for scorers, the others get tables",
     )
-    captures: CaptureSettings = Field(default_factory=CaptureSettings, description="how captures become scenes")
-    embedded: EmbeddedConfig = Field(default_factory=EmbeddedConfig, description="the embedded scenes")
+    scenes_dir: str | None = Field(
+        default=None,
+        description="folder of captures to evaluate as the data set captures, instead of the evaluated ones; they are "
+        "prepared as datasets.captures says where there is one",
+    )
     protocol: ProtocolSettings = Field(default_factory=ProtocolSettings, description="the loop")
     representation: AnyRepresentationSettings = Field(
         default_factory=lambda: kinds.create_settings({}), description="the reconstruction"
@@ -107,11 +115,23 @@ class Config(StrictModel):
             if self.scorers:
                 raise ValueError("scorers need the section distortions, the data to train them on")
             return self
-        seeds = {*self.distortions.training_seeds, *self.distortions.held_out_seeds}
-        shared = seeds & set(self.embedded.scenes.get(self.distortions.pattern, ()))
-        if shared:
-            raise ValueError(f"{self.distortions.pattern} seeds {sorted(shared)} train scorers and are evaluated")
         return self
+
+    @model_validator(mode="after")
+    def _data_sets_are_known(self) -> Self:
+        for name in self.distortions.datasets if self.distortions is not None else ():
+            if name not in self.datasets:
+                raise ValueError(f"distortions names the data set {name}, which is none of {', '.join(self.datasets)}")
+        for name, dataset in self.datasets.items():
+            if dataset.published is not None and dataset.published not in PRINTED_NAMES:
+                raise ValueError(f"datasets.{name}.published must be one of {', '.join(PRINTED_NAMES)}")
+        return self
+
+    @property
+    def evaluated(self) -> tuple[str, ...]:
+        """The names of the evaluated data sets, in order."""
+        others = () if self.distortions is None else self.distortions.datasets
+        return tuple(name for name in self.datasets if name not in others)
 
 
 def load(values: dict[str, Any], programs: Collection[str] = ()) -> Config:
@@ -133,9 +153,9 @@ def load(values: dict[str, Any], programs: Collection[str] = ()) -> Config:
         if identifier in registry.methods():
             fault = f"is a method of {registry.find(identifier).module} and a program as well"
             raise UserError(f"method {identifier}", fault, f"rename workflows/baselines/{identifier}.smk")
-    for identifier in dict.fromkeys((*config.methods, *config.protocols)):
+    for identifier in dict.fromkeys((*config.methods, *config.method_protocols)):
         _check_truth(config, protocol_of(config, identifier))
-    for identifier in dict.fromkeys((*config.methods, *config.selectors, *config.protocols)):
+    for identifier in dict.fromkeys((*config.methods, *config.selectors, *config.method_protocols)):
         if identifier in programs:
             continue
         scorer = registry.find(identifier).method.scorer
@@ -143,7 +163,20 @@ def load(values: dict[str, Any], programs: Collection[str] = ()) -> Config:
             fault = f"needs the scorer {scorer}, which the configuration does not train"
             raise UserError(f"method {identifier}", fault, f"add scorers.{scorer}, or leave the method out")
         registry.create_settings(identifier, config.selectors.get(identifier, {}))
-    return config
+    return _with_captures(config)
+
+
+def _with_captures(config: Config) -> Config:
+    """Return ``config`` with the captures of ``scenes_dir`` in place of the evaluated data sets, where it is given."""
+    if config.scenes_dir is None:
+        return config
+    own = config.datasets.get("captures", Captures())
+    if not isinstance(own, Captures) or (config.distortions and "captures" in config.distortions.datasets):
+        fault = "is the name of what scenes_dir gives, and of another data set"
+        raise UserError("configuration: datasets.captures", fault, "rename the data set")
+    kept = {name: dataset for name, dataset in config.datasets.items() if name not in config.evaluated}
+    captures = own.model_copy(update={"folder": config.scenes_dir})
+    return config.model_copy(update={"datasets": kept | {"captures": captures}})
 
 
 def protocol_of(config: Config, method: str) -> ProtocolSettings:
@@ -155,9 +188,9 @@ def protocol_of(config: Config, method: str) -> ProtocolSettings:
     registered = registry.methods().get(method)  # programs are not registered
     batches = None if registered is None else registered.method.batches
     try:
-        return protocol_of_method(config.protocol, batches, config.protocols.get(method, {}))
+        return protocol_of_method(config.protocol, batches, config.method_protocols.get(method, {}))
     except ValidationError as error:
-        raise _readable(error, "protocols", method) from None
+        raise _readable(error, "method_protocols", method) from None
 
 
 def _check_truth(config: Config, protocol: ProtocolSettings) -> None:
@@ -177,10 +210,19 @@ def _readable(error: ValidationError, *parents: str) -> UserError:
     """Return the first fault of a validation as one line; ``parents`` are the keys above the validated part."""
     first = error.errors()[0]
     place, fault = first_fault(error, *parents)
+    if first["loc"][:1] == ("datasets",):  # behind the name of a data set, pydantic puts that of its reader
+        place = ".".join(str(key) for depth, key in enumerate(first["loc"]) if depth != 2)
+    if first["type"] == "union_tag_invalid":
+        return UserError(f"configuration: {place}", *_unknown(first["ctx"]["tag"], "source", readers()))
     if first["type"] != "extra_forbidden":
         return UserError(f"configuration: {place}", fault, "correct the value")
-    near = difflib.get_close_matches(str(first["loc"][-1]), sorted(_all_keys(Config)), n=1)
-    return UserError(f"configuration: {place}", "unknown key", f"did you mean {near[0]}?" if near else "remove it")
+    return UserError(f"configuration: {place}", *_unknown(str(first["loc"][-1]), "key", _all_keys(Config)))
+
+
+def _unknown(word: str, kind: str, known: Collection[str]) -> tuple[str, str]:
+    """Return the fault and the remedy of a word that is not known."""
+    near = difflib.get_close_matches(word, sorted(known), n=1)
+    return f"unknown {kind}", f"did you mean {near[0]}?" if near else "remove it"
 
 
 def _all_keys(model: type[BaseModel]) -> set[str]:

@@ -11,10 +11,8 @@ from typing import Literal
 
 from pydantic import Field
 
-from avs.config.configuration import Config, protocol_of, scorer_of
+from avs.config.configuration import Config, DataSet, protocol_of, scorer_of
 from avs.config.method_weights import absent_methods, is_program
-from avs.datasets.capture_settings import CaptureSettings
-from avs.datasets.embedded.embedded_settings import EmbeddedSettings
 from avs.iqa.cross_reference.scorer_settings import RenderJob, RenderSettings, ScorerSettings
 from avs.iqa.no_reference.niqe_settings import FitSettings
 from avs.nvs.episode_settings import EpisodeSettings
@@ -23,6 +21,13 @@ from avs.report.published import published_name
 from avs.selection import registry
 from avs.system.models import StrictModel
 from avs.system.reasons import Reason
+
+
+class SceneJob(StrictModel):
+    """What the preparation of a scene reads."""
+
+    dataset: str = Field(description="name of the data set")
+    scene: DataSet = Field(description="settings of the scene alone")
 
 
 class TrainingJob(StrictModel):
@@ -51,12 +56,10 @@ class TableJob(RowsJob):
     reference: str | None = Field(description="identifier of the method that the others are compared with")
 
 
-def _embedded_scene(config: Config, _: str) -> EmbeddedSettings:
-    return config.embedded.capture
-
-
-def _capture_scene(config: Config, _: str) -> CaptureSettings:
-    return config.captures
+def _scene(config: Config, name: str) -> SceneJob:
+    dataset, scene = name.split("/")
+    alone = config.datasets[dataset].scenes()[scene]
+    return SceneJob(dataset=dataset, scene=alone.model_copy(update={"published": None}))
 
 
 def _distortions(config: Config, _: str) -> RenderJob:
@@ -108,7 +111,7 @@ def _runtime_table(config: Config, _: str) -> RowsJob:
 
 
 def _nvs_table(config: Config, dataset: str) -> TableJob:
-    name = published_name(dataset)
+    name = published_name(config.datasets[dataset].published or dataset)
     published = None if name is None else f"results/published/{name}"
     reference, absent = config.report.reference, absent_methods(config)
     return TableJob(methods=config.methods, absent=absent, published=published, reference=reference)
@@ -123,8 +126,7 @@ def _psnr_over_views(config: Config, _: str) -> FigureJob:
 
 
 JOBS: dict[str, Callable[[Config, str], StrictModel]] = {
-    "embedded_scene": _embedded_scene,
-    "capture_scene": _capture_scene,
+    "scene": _scene,
     "distortions": _distortions,
     "scorer_train": _scorer_train,
     "niqe_fit": _niqe_fit,
@@ -136,8 +138,8 @@ JOBS: dict[str, Callable[[Config, str], StrictModel]] = {
     "ranking_table": _ranking_table,
     "psnr_over_views": _psnr_over_views,
 }
-"""What makes the settings of a rule's jobs: from the configuration, and from the method, data set or scorer of the job;
-a rule whose jobs all read the same is given an empty name."""
+"""What makes the settings of a rule's jobs: from the configuration and the name of a method, scene, data set or scorer.
+Where all jobs of a rule read the same, that name is empty."""
 
 
 def settings_of(config: Config, job: str) -> StrictModel:

@@ -9,11 +9,14 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
+from typing import Literal, Self
 
 import numpy as np
 from PIL import Image
+from pydantic import Field
 
 from avs.datasets.capture_settings import CaptureSettings
+from avs.datasets.reader import Reader
 from avs.datasets.undistortion import pinhole, rescaled, undistorted_camera, undistorted_image
 from avs.scene.cameras import Cameras, IndexArray
 from avs.scene.colmap import Model, ModelCamera, ModelImage, find_model, read_model
@@ -28,6 +31,41 @@ _IMAGE_SUFFIXES = {".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff", ".webp"}
 _KEPT_SUFFIXES = {"JPEG": {".jpg", ".jpeg"}, "PNG": {".png"}}
 _ORIENTATION = 0x0112  # EXIF tag; 1 is upright, 5 to 8 exchange width and height
 _FILTERS = {"pil": Image.Resampling.BICUBIC, "area": Image.Resampling.BOX}
+
+
+class Captures(Reader, CaptureSettings):
+    """Captures in a folder of the user's."""
+
+    source: Literal["captures"] = Field(default="captures", description="captures in COLMAP layout")
+    folder: str | None = Field(
+        default=None, description="folder of captures, or one capture; null where the option scenes_dir gives it"
+    )
+
+    def scenes(self) -> dict[str, Self]:
+        """Return the settings of each capture, by its name in lower case, in order; see ``list_captures``."""
+        if self.folder is None:
+            raise UserError("captures", "no folder is given", "add --config scenes_dir=DIR, or name a folder")
+        found = sorted(list_captures(Path(self.folder)).items())
+        return {name: self.model_copy(update={"folder": str(path)}) for name, path in found}
+
+    def files(self) -> list[Path]:
+        """Return every file of the capture."""
+        return sorted(path for path in self._folder.rglob("*") if path.is_file())
+
+    def identity(self) -> tuple[object, ...]:
+        """Return the capture's folder."""
+        return (self.source, str(self._folder.resolve()))
+
+    def prepare(self, dataset: str, folder: Path) -> None:
+        """Turn the capture into a scene; see ``prepare`` of this module."""
+        prepare(self._folder, folder, self, dataset)
+
+    @property
+    def _folder(self) -> Path:
+        return Path(self.folder or ".")
+
+
+READER = Captures
 
 
 @dataclass(frozen=True)
@@ -93,8 +131,8 @@ def list_captures(folder: Path) -> dict[str, Path]:
     return captures
 
 
-def prepare(source: Path, folder: Path, settings: CaptureSettings) -> None:
-    """Turn the capture in ``source`` into a scene in ``folder``, named after ``folder``, of data set ``captures``.
+def prepare(source: Path, folder: Path, settings: CaptureSettings, dataset: str = "captures") -> None:
+    """Turn the capture in ``source`` into a scene of ``dataset`` in ``folder``, named after ``folder``.
 
     Only registered images are used. Every ``settings.test_every``-th of them by name, from the first on, is a test
     image.
@@ -118,7 +156,7 @@ def prepare(source: Path, folder: Path, settings: CaptureSettings) -> None:
     write_scene(
         folder,
         name=folder.name,
-        dataset="captures",
+        dataset=dataset,
         names=[names[index] for index in order],
         images=(pictures[index].read(settings) for index in order),
         cameras=cameras[order],

@@ -15,7 +15,9 @@ class RuntimeSettings(StrictModel):
     """The measurement of selection times."""
 
     scene: str | None = Field(
-        default=None, description="scene on which selections are timed; null for the first of the first data set"
+        default=None,
+        description="scene on which selections are timed, by its name or as dataset/scene; null for the first of the "
+        "first data set",
     )
     seed: int = Field(default=0, description="seed of the reconstruction and of random choices")
     views: PositiveInt = Field(

@@ -13,7 +13,13 @@ from avs.system.files import canonical_json
 from avs.system.records import read_record
 from tests.workflow.project import ROOT
 
-NAMES = {"episode": "fisherrf4", "runtime": "fisherrf4", "scorer_train": "dinov2", "nvs_table": "orbit"}
+NAMES = {
+    "scene": "orbit/orbit_1",
+    "episode": "fisherrf4",
+    "runtime": "fisherrf4",
+    "scorer_train": "dinov2",
+    "nvs_table": "orbit",
+}
 
 
 @pytest.fixture(scope="module")

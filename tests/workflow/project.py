@@ -44,10 +44,11 @@ def checkout_open_to(folder, room):
 def tiny():
     """Return the ci scale cut down to seconds."""
     values = yaml.safe_load((ROOT / "workflows" / "config" / "ci.yaml").read_text())
-    values |= {"scale": "tiny", "methods": list(METHODS), "scorers": {}, "selectors": {}, "protocols": {}}
+    values |= {"scale": "tiny", "methods": list(METHODS), "scorers": {}, "selectors": {}, "method_protocols": {}}
     values |= {"seeds": [0], "runtime": None}
-    values["embedded"]["scenes"] = {"orbit": [0]}
-    values["embedded"]["capture"] |= {"views": 16, "long_side": 48}
+    values["datasets"]["orbit"] |= {"seeds": [0]}
+    for dataset in values["datasets"].values():
+        dataset["capture"] = {"views": 16, "long_side": 48}
     values["protocol"] |= {"budget": 6, "additions": [4, 8], "iterations": 12}
     return values
 

@@ -66,6 +66,18 @@ def test_the_views_of_a_program_are_those_of_its_episode(followed):
     assert episode.label == "Bisection"
 
 
+def test_an_edit_of_a_program_reruns_its_views_and_its_episodes(followed):
+    with open(followed / "bisection.py", "a") as stream:
+        stream.write("# an edit\n")
+    variables = environment() | {"PYTHONPATH": str(followed / "packages")}
+    words = [*COMMANDS[0].split(), "-n"]
+    result = subprocess.run(words, cwd=followed, env=variables, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    jobs = {rule: int(count) for rule, count in re.findall(r"^(\w+)\s+(\d+)$", result.stdout, re.MULTILINE)}
+    assert (jobs["views_bisection"], jobs["episode"]) == (1, 1)
+    assert not {"scene", "settings"} & jobs.keys()
+
+
 def test_a_program_with_the_name_of_a_method_is_one_line(tmp_path):
     folder = checkout(tmp_path)
     (folder / "workflows" / "baselines" / "random.smk").write_text("")

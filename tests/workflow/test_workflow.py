@@ -69,7 +69,7 @@ def test_a_replay_gives_the_same_curve(finished, tmp_path):
     from avs.system.records import read_record
 
     record = finished / "results/tiny/episodes/orbit/orbit_0/random/0/episode.json"
-    scene = finished / "results/tiny/scenes/orbit_0"
+    scene = finished / "results/tiny/scenes/orbit/orbit_0"
     words = [sys.executable, "-m", "avs", "replay", str(scene), str(record), "--out", str(tmp_path)]
     result = subprocess.run(words, cwd=ROOT, env=environment(), capture_output=True, text=True, check=False)
     assert result.returncode == 0, result.stderr
@@ -100,9 +100,9 @@ def test_touching_a_file_reruns_nothing(edited):
 def test_a_change_of_configuration_reruns_what_reads_it(edited, edit, jobs):
     (edited / "tiny.yaml").write_text(yaml.safe_dump(tiny() | edit))
     result = planned(run(edited, "-n", "tables"))
-    assert {rule: result.get(rule, 0) for rule in ("settings", "embedded_scene", "episode")} == {
+    assert {rule: result.get(rule, 0) for rule in ("settings", "scene", "episode")} == {
         "settings": 0,
-        "embedded_scene": 0,
+        "scene": 0,
     } | jobs
 
 
@@ -151,7 +151,7 @@ def test_a_damaged_capture_ends_its_own_jobs_only(tmp_path):
     assert any("005.png" in line and line.count("; ") >= 1 for line in lines), result.stderr
     results = folder / "results" / "tiny"
     assert (results / "episodes/captures/good/farthest/0/episode.json").exists()
-    assert not (results / "scenes/bad").exists() or not list((results / "scenes/bad").iterdir())
+    assert not (results / "scenes/captures/bad").exists() or not list((results / "scenes/captures/bad").iterdir())
     assert not list((results / "tables").glob("*")) if (results / "tables").exists() else True
 
 
@@ -180,7 +180,7 @@ def test_a_gpu_that_is_not_there_is_one_line(finished, tmp_path):
     settings = tmp_path / "settings.json"
     values = (finished / "results/tiny/settings/episode/random.json").read_text()
     settings.write_text(values.replace('"device": "cpu"', '"device": "cuda"'))
-    scene = finished / "results/tiny/scenes/orbit_0"
+    scene = finished / "results/tiny/scenes/orbit/orbit_0"
     words = [
         sys.executable,
         "-m",

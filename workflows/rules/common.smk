@@ -42,7 +42,6 @@ AVS = "exec python -m avs"
 wildcard_constraints:
     scene="[a-z0-9_]+",
     dataset="[a-z0-9_]+",
-    pattern="[a-z]+",
     method="[a-z0-9-]+",
     scorer="[a-z0-9]+",
     seed="[0-9]+",

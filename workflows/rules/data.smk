@@ -1,79 +1,45 @@
-# Scenes: embedded ones made from a seed, and captures in COLMAP layout.
+# Scenes: each is prepared by the reader of its data set.
 
-from avs.datasets.captures import list_captures
+from avs.config.scenes import scenes_of
 
-PATTERNS = "|".join(["orbit", "walkthrough", "handheld", "egocentric"])
+try:
+    LISTED = scenes_of(settings)
+except UserError as error:
+    sys.exit(f"error: {error}")
 
+# The names of the evaluated scenes of each data set.
+SCENES = {dataset: list(LISTED[dataset]) for dataset in settings.evaluated}
 
-def captures():
-    """Return the folder of each capture by scene name; empty without scenes_dir."""
-    if settings.scenes_dir is None:
-        return {}
-    try:
-        return list_captures(Path(settings.scenes_dir))
-    except UserError as error:
-        sys.exit(f"error: {error}")
+SCENE = f"{RESULTS}/scenes/{{dataset}}/{{scene}}/scene.json"
 
 
-CAPTURES = captures()
+def scene_settings(wildcards):
+    """Return the settings of one scene, which know all that it is made from."""
+    return LISTED[wildcards.dataset][wildcards.scene]
 
 
-def scenes():
-    """Return the names of the evaluated scenes of each data set."""
-    if settings.scenes_dir is not None:
-        return {"captures": sorted(CAPTURES)}
-    return {
-        pattern: [f"{pattern}_{seed}" for seed in seeds]
-        for pattern, seeds in settings.embedded.scenes.items()
-    }
+def scene_files(wildcards):
+    """Return the user's files that a scene is made from."""
+    return [str(path) for path in scene_settings(wildcards).files()]
 
 
-SCENES = scenes()
+def scene_code(wildcards):
+    """Return the source files of the reader that prepares a scene."""
+    return sources(type(scene_settings(wildcards)).__module__)
 
 
-def capture_files(wildcards):
-    """Return every file of a capture that its scene is made from."""
-    folder = CAPTURES[wildcards.scene]
-    return sorted(str(path) for path in folder.rglob("*") if path.is_file())
-
-
-rule embedded_scene:
+rule scene:
     input:
-        settings=f"{RESULTS}/settings/embedded_scene.json",
-        code=sources("avs.datasets.embedded"),
+        files=scene_files,
+        settings=f"{RESULTS}/settings/scene/{{dataset}}/{{scene}}.json",
+        code=scene_code,
     output:
-        f"{RESULTS}/scenes/{{pattern}}_{{seed}}/scene.json",
+        SCENE,
     log:
-        f"{LOGS}/scenes/{{pattern}}_{{seed}}.log",
-    wildcard_constraints:
-        pattern=PATTERNS,
+        f"{LOGS}/scenes/{{dataset}}/{{scene}}.log",
     params:
         folder=subpath(output[0], parent=True),
     message:
-        "scene {wildcards.pattern}_{wildcards.seed}"
+        "scene {wildcards.scene} of {wildcards.dataset}"
     shell:
-        "{AVS} embedded_scene {wildcards.pattern} {wildcards.seed} --settings {input.settings}"
-        " --out {params.folder} --log {log}"
-
-
-rule capture_scene:
-    input:
-        files=capture_files,
-        settings=f"{RESULTS}/settings/capture_scene.json",
-        code=sources("avs.datasets.captures"),
-    output:
-        f"{RESULTS}/scenes/{{scene}}/scene.json",
-    log:
-        f"{LOGS}/scenes/{{scene}}.log",
-    wildcard_constraints:
-        scene="|".join(CAPTURES) or "-",
-    params:
-        folder=subpath(output[0], parent=True),
-        source=lookup(
-            dpath="{scene}",
-            within={name: str(path) for name, path in CAPTURES.items()},
-        ),
-    message:
-        "scene {wildcards.scene}, from {params.source}"
-    shell:
-        "{AVS} capture_scene {params.source:q} --settings {input.settings} --out {params.folder} --log {log}"
+        "{AVS} scene --settings {input.settings} --out {params.folder} --log {log}"

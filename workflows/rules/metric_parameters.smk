@@ -3,11 +3,11 @@
 
 def training_scenes(wildcards):
     """Return the scenes that train, none of which is evaluated."""
-    return expand(
-        f"{RESULTS}/scenes/{{pattern}}_{{seed}}/scene.json",
-        pattern=settings.distortions.pattern,
-        seed=settings.distortions.training_seeds,
-    )
+    return [
+        SCENE.format(dataset=dataset, scene=scene)
+        for dataset in settings.distortions.training
+        for scene in LISTED[dataset]
+    ]
 
 
 def scene_folders(wildcards, input):

@@ -23,13 +23,22 @@ def views_of(method):
     return VIEWS.replace("{method}", f"{{method,{method}}}")
 
 
-def episodes(dataset):
-    """Return the records of a data set's episodes, in order of method, scene and seed; absent methods have none."""
+def inputs_of(*program):
+    """Return the input of that rule: the scene, the settings, and the files of the program, the one to start first."""
+    settings_file = f"{RESULTS}/settings/episode/{{method}}.json"
+    return {"scene": SCENE, "settings": settings_file, "program": list(program)}
+
+
+def episodes(dataset, scenes=None):
+    """Return the records of episodes on these scenes of a data set, or on all, in order of method, scene and seed.
+
+    Absent methods have none.
+    """
     return expand(
         EPISODE,
         dataset=dataset,
         method=RUNNABLE,
-        scene=SCENES[dataset],
+        scene=scenes or SCENES[dataset],
         seed=settings.seeds,
     )
 
@@ -67,7 +76,7 @@ def listed_views(wildcards):
 
 rule episode:
     input:
-        scene=f"{RESULTS}/scenes/{{scene}}/scene.json",
+        scene=SCENE,
         weights=method_weights,
         views=listed_views,
         kernels=ancient(KERNELS),
@@ -87,7 +96,7 @@ rule episode:
         views=views_option,
         folder=subpath(output.episode, parent=True),
     message:
-        "episode: {wildcards.method} on {wildcards.scene}, seed {wildcards.seed}"
+        "episode: {wildcards.method} on {wildcards.scene} of {wildcards.dataset}, seed {wildcards.seed}"
     shell:
         "{AVS} episode {params.scene} {wildcards.seed} --settings {input.settings} {params.weights} {params.views}"
         " --out {params.folder} --log {log}"

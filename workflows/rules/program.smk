@@ -5,18 +5,27 @@ RESULTS = f"results/{config['scale']}"
 VIEWS = "episodes/{dataset}/{scene}/{method}/{seed}/views.json"
 
 
+def command(wildcards, input):
+    """Return what starts a program: its first file, by Python where it is a script of Python's."""
+    first = input.program if isinstance(input.program, str) else input.program[0]
+    if first.endswith(".py"):
+        return f"python {first}"
+    return first if "/" in first else f"./{first}"
+
+
 rule views:
     input:
-        scene=f"{RESULTS}/scenes/{{scene}}/scene.json",
+        scene=f"{RESULTS}/scenes/{{dataset}}/{{scene}}/scene.json",
         settings=f"{RESULTS}/settings/episode/{{method}}.json",
+        program="name the files of your program in inputs_of",
     output:
         f"{RESULTS}/{VIEWS}",
     log:
         f"{RESULTS}/logs/{VIEWS}".replace("/views.json", ".views.log"),
     params:
-        program="name your program in params",
+        program=command,
         scene=subpath(input.scene, parent=True),
     message:
-        "views: {wildcards.method} on {wildcards.scene}, seed {wildcards.seed}"
+        "views: {wildcards.method} on {wildcards.scene} of {wildcards.dataset}, seed {wildcards.seed}"
     shell:
         "{params.program} {params.scene} {wildcards.seed} --settings {input.settings} --out {output} > {log} 2>&1"

@@ -1,16 +1,9 @@
 # Tables and figures, from episode records and nothing else.
 
-from avs.report.published import published_name
-
-
-def published(dataset):
-    """Return the file of published values to print beside a data set's own, or None."""
-    name = published_name(dataset)
-    return None if name is None else f"results/published/{name}"
-
 
 def published_file(wildcards):
-    return published(wildcards.dataset) or []
+    """Return the file of published values that stand beside a data set's own, if any."""
+    return settings_of(settings, f"nvs_table/{wildcards.dataset}").published or []
 
 
 def dataset_episodes(wildcards):

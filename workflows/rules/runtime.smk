@@ -2,7 +2,7 @@
 
 from avs.nvs.timing_settings import RuntimeSettings
 
-RUNTIME = f"{RESULTS}/runtime/{{scene}}"
+RUNTIME = f"{RESULTS}/runtime/{{dataset}}/{{scene}}"
 TIMED = [method for method in RUNNABLE if method not in PROGRAMS]
 
 
@@ -10,7 +10,7 @@ def timed_scene():
     """Return the data set and the scene on which selections are timed."""
     wanted = (settings.runtime or RuntimeSettings()).scene
     pairs = [(dataset, scene) for dataset in SCENES for scene in SCENES[dataset]]
-    found = [pair for pair in pairs if wanted in (None, pair[1])]
+    found = [pair for pair in pairs if wanted in (None, pair[1], "/".join(pair))]
     if not found:
         sys.exit(
             f"error: configuration: runtime.scene: {wanted} is no scene of this run; name one of them"
@@ -20,7 +20,10 @@ def timed_scene():
 
 def timings(wildcards):
     """Return the times of each method that is timed."""
-    return expand(f"{RUNTIME}/{{method}}.json", scene=timed_scene()[1], method=TIMED)
+    dataset, scene = timed_scene()
+    return expand(
+        f"{RUNTIME}/{{method}}.json", dataset=dataset, scene=scene, method=TIMED
+    )
 
 
 def timing_code(wildcards):
@@ -32,12 +35,12 @@ def timing_code(wildcards):
 def timed_episodes(wildcards):
     """Return the episodes on the scene on which selections are timed, for their PSNR."""
     dataset, scene = timed_scene()
-    return [path for path in episodes(dataset) if f"/{scene}/" in path]
+    return episodes(dataset, [scene])
 
 
 rule runtime_state:
     input:
-        scene=f"{RESULTS}/scenes/{{scene}}/scene.json",
+        scene=SCENE,
         kernels=ancient(KERNELS),
         settings=f"{RESULTS}/settings/runtime_state.json",
         code=sources("avs.nvs.timing", REPRESENTATION.module),
@@ -57,7 +60,7 @@ rule runtime_state:
 
 rule runtime:
     input:
-        scene=f"{RESULTS}/scenes/{{scene}}/scene.json",
+        scene=SCENE,
         state=f"{RUNTIME}/state.safetensors",
         weights=method_weights,
         kernels=ancient(KERNELS),

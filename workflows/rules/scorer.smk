@@ -1,21 +1,28 @@
 # Cross-reference scorers: renderings of training scenes with their SSIM maps, then the training of each scorer on them.
 
 
-def distortions(seeds):
-    """Return the distortion data of the scenes with these seeds; all scorers share them."""
-    return expand(
-        f"{RESULTS}/distortions/{{pattern}}_{{seed}}.safetensors",
-        pattern=settings.distortions.pattern,
-        seed=seeds,
-    )
+DISTORTIONS = f"{RESULTS}/distortions/{{dataset}}/{{scene}}.safetensors"
+
+
+def distortions(datasets):
+    """Return the distortion data of the scenes of these data sets; all scorers share them."""
+    return [
+        DISTORTIONS.format(dataset=dataset, scene=scene)
+        for dataset in datasets
+        for scene in LISTED[dataset]
+    ]
 
 
 def training_distortions(wildcards):
-    return distortions(settings.distortions.training_seeds)
+    return distortions(settings.distortions.training)
 
 
 def held_out_distortions(wildcards):
-    return distortions(settings.distortions.held_out_seeds)
+    return distortions(settings.distortions.held_out)
+
+
+def render_seed(wildcards):
+    return scene_settings(wildcards).render_seed()
 
 
 def training_options(wildcards, input):
@@ -28,23 +35,26 @@ def held_out_options(wildcards, input):
 
 rule distortions:
     input:
-        scene=f"{RESULTS}/scenes/{{pattern}}_{{seed}}/scene.json",
+        scene=SCENE,
         settings=f"{RESULTS}/settings/distortions.json",
         kernels=ancient(KERNELS),
-        code=sources("avs.iqa.cross_reference.distortion_renders", REPRESENTATION.module),
+        code=sources(
+            "avs.iqa.cross_reference.distortion_renders", REPRESENTATION.module
+        ),
     output:
-        f"{RESULTS}/distortions/{{pattern}}_{{seed}}.safetensors",
+        DISTORTIONS,
     log:
-        f"{LOGS}/distortions/{{pattern}}_{{seed}}.log",
+        f"{LOGS}/distortions/{{dataset}}/{{scene}}.log",
     priority: 2  # the longest path of the workflow goes through the scorers
     resources:
         gpu=int(settings.device == "cuda"),
     params:
         folder=subpath(input.scene, parent=True),
+        seed=render_seed,
     message:
-        "renderings of {wildcards.pattern}_{wildcards.seed} while it is reconstructed"
+        "renderings of {wildcards.scene} of {wildcards.dataset} while it is reconstructed"
     shell:
-        "{AVS} distortions {params.folder} {wildcards.seed} --settings {input.settings}"
+        "{AVS} distortions {params.folder} {params.seed} --settings {input.settings}"
         " --out {output} --log {log}"
 
 

@@ -15,19 +15,66 @@ scikit-image carries and procedural noise. Each pattern stands for one data set 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal, Self
+
+from pydantic import Field, field_validator
 
 from avs.datasets.embedded.embedded_settings import EmbeddedSettings
+from avs.datasets.reader import Reader
+
+PatternName = Literal["orbit", "walkthrough", "handheld", "egocentric"]
 
 
-def make_scene(pattern: str, seed: int, settings: EmbeddedSettings, folder: Path) -> None:
+class EmbeddedScenes(Reader):
+    """Scenes of one pattern, one for each seed."""
+
+    source: Literal["embedded"] = Field(default="embedded", description="scenes made on the spot from seeds")
+    pattern: PatternName = Field(description="what the scenes show and how the camera moves")
+    seeds: tuple[int, ...] = Field(min_length=1, description="a scene for each; what it shows depends on it alone")
+    capture: EmbeddedSettings = Field(default_factory=EmbeddedSettings, description="how they are captured")
+
+    @field_validator("seeds")
+    @classmethod
+    def _not_negative_nor_repeated(cls, seeds: tuple[int, ...]) -> tuple[int, ...]:
+        if len(set(seeds)) < len(seeds) or min(seeds) < 0:
+            raise ValueError("seeds are different numbers from 0 on")
+        return seeds
+
+    def scenes(self) -> dict[str, Self]:
+        """Return the settings of each scene, called by its pattern and seed, such as ``orbit_0``."""
+        return {f"{self.pattern}_{seed}": self.model_copy(update={"seeds": (seed,)}) for seed in self.seeds}
+
+    def files(self) -> list[Path]:
+        """Return nothing: there is no file of the user's."""
+        return []
+
+    def identity(self) -> tuple[object, ...]:
+        """Return the pattern and the seed."""
+        return (self.source, self.pattern, *self.seeds)
+
+    def prepare(self, dataset: str, folder: Path) -> None:
+        """Make the scene."""
+        make_scene(self.pattern, self.seeds[0], self.capture, folder, dataset)
+
+    def render_seed(self) -> int:
+        """Return the scene's own seed."""
+        return self.seeds[0]
+
+
+READER = EmbeddedScenes
+
+
+def make_scene(pattern: str, seed: int, settings: EmbeddedSettings, folder: Path, dataset: str | None = None) -> None:
     """Write the scene of ``pattern`` that ``seed`` draws to ``folder``; equal arguments give equal bytes.
+
+    It belongs to ``dataset``, by default called as ``pattern``.
 
     Raises:
         UserError: there is no such pattern.
     """
     from avs.datasets.embedded.capture import build_capture, write_capture
 
-    write_capture(build_capture(pattern, seed, settings), pattern, seed, folder)
+    write_capture(build_capture(pattern, seed, settings), pattern, seed, folder, dataset)
 
 
 def make_apartment(seed: int, folder: Path, settings: EmbeddedSettings | None = None) -> None:

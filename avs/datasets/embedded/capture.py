@@ -122,15 +122,15 @@ def build_capture(pattern: str, seed: int, settings: EmbeddedSettings) -> Captur
     return Capture(names, images, cameras, np.arange(0, len(cameras), 8), points, depths, model)
 
 
-def write_capture(capture: Capture, pattern: str, seed: int, folder: Path) -> None:
-    """Write ``capture``, which ``pattern`` and ``seed`` gave, as a scene."""
+def write_capture(capture: Capture, pattern: str, seed: int, folder: Path, dataset: str | None = None) -> None:
+    """Write ``capture``, which ``pattern`` and ``seed`` gave, as a scene of ``dataset``, by default ``pattern``."""
     with tempfile.TemporaryDirectory() as temporary:
         mesh = Path(temporary) / "mesh.ply"
         mesh.write_bytes(ply_bytes(capture.mesh.vertices, capture.mesh.triangles))
         write_scene(
             folder,
             name=f"{pattern}_{seed}",
-            dataset=pattern,
+            dataset=dataset or pattern,
             names=capture.names,
             images=capture.images,
             cameras=capture.cameras,

@@ -1,0 +1,40 @@
+"""The scenes of a run, listed without reading one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from avs.config.configuration import Config
+from avs.datasets.reader import Reader
+from avs.system.errors import UserError
+
+
+def scenes_of(config: Config) -> dict[str, Mapping[str, Reader]]:
+    """Return the scenes of every data set, by its name and theirs, each with its settings, in order.
+
+    Raises:
+        UserError: no data set is evaluated; the scenes of one cannot be listed; or a scene that two data
+            sets hold is evaluated in one and trains scorers in the other, or the like.
+    """
+    if not config.evaluated:
+        fault = "no data set is evaluated"
+        raise UserError("configuration: datasets", fault, "add one, or --config scenes_dir=DIR with your own captures")
+    listed = {name: dataset.scenes() for name, dataset in config.datasets.items()}
+    uses = _uses(config)
+    seen: dict[tuple[object, ...], tuple[str, str]] = {}
+    for dataset, scenes in listed.items():
+        for scene, settings in scenes.items():
+            first = seen.setdefault(settings.identity(), (dataset, scene))
+            if uses[first[0]] != uses[dataset]:
+                fault = f"is the scene {first[1]} of {first[0]}: one is {uses[first[0]]}, the other {uses[dataset]}"
+                raise UserError(f"configuration: {scene} of {dataset}", fault, "leave it out of one of them")
+    return listed
+
+
+def _uses(config: Config) -> dict[str, str]:
+    """Return what each data set is for."""
+    uses = dict.fromkeys(config.datasets, "evaluated")
+    if config.distortions is not None:
+        uses |= dict.fromkeys(config.distortions.training, "for training scorers")
+        uses |= dict.fromkeys(config.distortions.held_out, "for measuring scorers")
+    return uses

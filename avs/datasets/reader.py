@@ -1,0 +1,62 @@
+"""The contract of a reader: the settings of a data set, which know its scenes and prepare one.
+
+A reader is a module of ``avs.datasets`` with a ``READER``, a subclass of ``Reader``; nothing lists it elsewhere. Its
+module imports no torch and no other heavy library at import time, so that the workflow can list scenes quickly.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Self
+
+from pydantic import Field
+
+from avs.system.models import StrictModel
+
+
+class Reader(StrictModel):
+    """Settings that all data sets share. A subclass has the field ``source``, a ``Literal`` of the reader's name."""
+
+    source: str
+    published: str | None = Field(
+        default=None,
+        description="the paper's data set whose values stand beside this one's in tables, such as mipnerf360; null for "
+        "the one of the same name, if there is one",
+    )
+
+    @abstractmethod
+    def scenes(self) -> Mapping[str, Self]:
+        """Return the settings of each scene alone, by the scene's name, in order; no scene is read.
+
+        A scene's settings hold all that it is made from and nothing of the others, so that it stays as it is when one
+        is added beside it. Names consist of lower case letters, digits and ``_``.
+
+        Raises:
+            UserError: there is no scene, or none can be listed.
+        """
+
+    @abstractmethod
+    def files(self) -> list[Path]:
+        """Return the user's files that the scene is made from; ``self`` is of one scene."""
+
+    @abstractmethod
+    def identity(self) -> tuple[object, ...]:
+        """Return what tells the scene from others, whatever its size and quality; ``self`` is of one scene."""
+
+    @abstractmethod
+    def prepare(self, dataset: str, folder: Path) -> None:
+        """Write the scene, named after ``folder``, to ``folder``; ``self`` is of one scene.
+
+        Args:
+            dataset: name of the data set in the configuration.
+            folder: the scene, as ``avs.scene.scene`` writes it.
+
+        Raises:
+            UserError: a file of the user's is missing or damaged.
+        """
+
+    def render_seed(self) -> int:
+        """Return the seed of the reconstructions whose renderings train scorers; ``self`` is of one scene."""
+        return 0

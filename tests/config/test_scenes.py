@@ -1,0 +1,110 @@
+"""The scenes of a run: listed by data set, none used twice, captures in place of what is evaluated."""
+
+import pytest
+import yaml
+from factories import small_scene
+
+from avs.config.configuration import load
+from avs.config.jobs import settings_of
+from avs.config.scenes import scenes_of
+from avs.system.errors import UserError
+from tests.workflow.project import ROOT
+
+
+def values(name="ci", **changes):
+    return yaml.safe_load((ROOT / "workflows" / "config" / f"{name}.yaml").read_text()) | changes
+
+
+def embedded(pattern, *seeds):
+    return {"source": "embedded", "pattern": pattern, "seeds": list(seeds)}
+
+
+@pytest.fixture
+def captures(tmp_path):
+    for name in ("one", "two"):
+        small_scene(tmp_path / "captures" / name, count=16, name=name)
+    return str(tmp_path / "captures")
+
+
+def test_every_data_set_has_its_scenes_in_order():
+    changed = values()
+    changed["datasets"] |= {"near": embedded("orbit", 3, 1), "far": embedded("walkthrough", 1)}
+    config = load(changed)
+    listed = scenes_of(config)
+    assert config.evaluated == ("orbit", "near", "far")
+    assert list(listed["near"]) == ["orbit_3", "orbit_1"]
+    assert list(listed["handheld_training"]) == ["handheld_100", "handheld_101", "handheld_102", "handheld_103"]
+
+
+@pytest.mark.parametrize(
+    ("name", "seed", "line"),
+    [
+        ("street", 100, "one is for training scorers, the other evaluated"),
+        ("street", 106, "one is for measuring scorers, the other evaluated"),
+        ("handheld_held_out", 100, "one is for training scorers, the other for measuring scorers"),
+    ],
+)
+def test_a_scene_has_one_use(name, seed, line):
+    changed = values()
+    changed["datasets"][name] = embedded("handheld", seed) | {"capture": {"views": 16}}
+    with pytest.raises(UserError, match=f"handheld_{seed} of .*: is the scene handheld_{seed} of .*: {line}") as caught:
+        scenes_of(load(changed))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_scene_stays_as_it_is_when_another_is_added():
+    changed = values()
+    before = settings_of(load(changed), "scene/orbit/orbit_0")
+    changed["datasets"]["orbit"] |= {"seeds": [0, 1, 2], "published": "mipnerf360"}
+    assert settings_of(load(changed), "scene/orbit/orbit_0") == before
+
+
+def test_a_data_set_names_its_published_values():
+    changed = values()
+    changed["datasets"] |= {"rooms": embedded("walkthrough", 0) | {"published": "realestate10k"}}
+    assert settings_of(load(changed), "nvs_table/rooms").published == "results/published/nvs_realestate10k.csv"
+    assert settings_of(load(changed), "nvs_table/orbit").published == "results/published/nvs_mipnerf360.csv"
+
+
+def test_scenes_dir_stands_in_place_of_what_is_evaluated(captures):
+    config = load(values(scenes_dir=captures))
+    listed = scenes_of(config)
+    assert config.evaluated == ("captures",)
+    assert list(listed) == ["handheld_training", "handheld_held_out", "captures"]
+    assert list(listed["captures"]) == ["one", "two"]
+    assert {path.name for path in listed["captures"]["one"].files()} >= {"cameras.bin", "000.png"}
+
+
+def test_captures_are_prepared_as_the_configuration_says(captures):
+    config = load(values("paper", scenes_dir=captures))
+    assert {settings.long_side for settings in scenes_of(config)["captures"].values()} == {1600}
+
+
+def test_captures_may_have_a_folder_and_any_name(captures):
+    changed = values()
+    changed["datasets"]["mine"] = {"source": "captures", "folder": captures, "long_side": 100}
+    assert list(scenes_of(load(changed))["mine"]) == ["one", "two"]
+
+
+@pytest.mark.parametrize(
+    ("changed", "line"),
+    [
+        (values("small"), "captures: no folder is given; add --config scenes_dir=DIR, or name a folder"),
+        (
+            values(datasets={"a": embedded("orbit", 0), "b": embedded("orbit", 1)})
+            | {"distortions": {"training": ["a"], "held_out": ["b"]}},
+            "configuration: datasets: no data set is evaluated; add one, or --config scenes_dir=DIR",
+        ),
+        (values("small", scenes_dir="nowhere"), "nowhere: there is no such folder"),
+    ],
+)
+def test_a_run_without_scenes_is_one_line(changed, line):
+    with pytest.raises(UserError, match=line):
+        scenes_of(load(changed))
+
+
+def test_a_data_set_called_captures_cannot_hide_those_of_scenes_dir():
+    changed = values(scenes_dir="anywhere")
+    changed["datasets"]["captures"] = embedded("orbit", 0)
+    with pytest.raises(UserError, match=r"datasets\.captures: is the name of what scenes_dir gives"):
+        load(changed)

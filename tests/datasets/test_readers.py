@@ -1,0 +1,59 @@
+"""Readers are found by name, and each gives its scenes without reading one."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from captures_factory import make_capture
+
+from avs.datasets.captures import Captures
+from avs.datasets.embedded import EmbeddedScenes
+from avs.datasets.reader_registry import readers
+from avs.scene.scene import read_scene
+from avs.system.errors import UserError
+
+ROOT = Path(__file__).parents[2]
+QUICK = {"views": 16, "long_side": 48, "texture_levels": 6, "gather_rays": 8, "bounces": 0, "points": 200}
+
+
+def test_each_reader_has_the_name_of_its_source():
+    assert readers() == {"captures": Captures, "embedded": EmbeddedScenes}
+
+
+def test_finding_readers_imports_no_heavy_library():
+    heavy = ("torch", "open3d", "pycolmap", "numba", "skimage", "scipy")
+    code = (
+        "import sys; from avs.datasets.reader_registry import readers; readers();"
+        f"print([name for name in {heavy} if name in sys.modules])"
+    )
+    result = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert result.stdout.strip() == "[]"
+
+
+def test_a_scene_belongs_to_the_data_set_that_the_configuration_names(tmp_path):
+    settings = EmbeddedScenes(pattern="orbit", seeds=(4, 2), capture=QUICK)
+    settings.scenes()["orbit_2"].prepare("small_orbits", tmp_path / "orbit_2")
+    make_capture(tmp_path / "captures" / "A b")
+    captures = Captures(folder=str(tmp_path / "captures"), long_side=None)
+    captures.scenes()["a_b"].prepare("mine", tmp_path / "a_b")
+    made = [read_scene(tmp_path / name) for name in ("orbit_2", "a_b")]
+    assert [(scene.name, scene.dataset) for scene in made] == [("orbit_2", "small_orbits"), ("a_b", "mine")]
+
+
+def test_scenes_are_told_apart_by_what_they_show():
+    one, other = (
+        EmbeddedScenes(pattern="orbit", seeds=(0, 1), capture={"views": views}).scenes() for views in (16, 32)
+    )
+    assert one["orbit_0"].identity() == other["orbit_0"].identity() != one["orbit_1"].identity()
+
+
+@pytest.mark.parametrize("seeds", [(1, 1), (-1,), ()])
+def test_seeds_are_different_numbers(seeds):
+    with pytest.raises(ValueError, match="seeds"):
+        EmbeddedScenes(pattern="orbit", seeds=seeds)
+
+
+def test_captures_without_a_folder_are_refused():
+    with pytest.raises(UserError, match="no folder is given; add --config scenes_dir=DIR"):
+        Captures().scenes()
