@@ -71,6 +71,13 @@ def test_scales_are_root_mean_square_distances_to_three_neighbours():
     assert initial_scales(np.zeros((5, 3)))[0] == pytest.approx(np.sqrt(1e-7))
 
 
+def test_scales_of_many_points_have_the_same_bits(monkeypatch):
+    positions = np.random.default_rng(0).normal(size=(200, 3))
+    few = initial_scales(positions)
+    monkeypatch.setattr("avs.representations.gaussians.initialization.MANY_POINTS", 100)
+    np.testing.assert_array_equal(initial_scales(positions), few)
+
+
 def test_gaussians_start_with_the_colours_of_the_points(scene):
     import torch
 

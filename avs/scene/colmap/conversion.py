@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from avs.scene.cameras import Cameras
 from avs.scene.colmap.model import NO_POINT, Model, ModelCamera, ModelImage
@@ -63,8 +64,6 @@ def cameras_of(model: Model) -> Cameras:
     Raises:
         ValueError: a camera is neither PINHOLE nor SIMPLE_PINHOLE.
     """
-    from scipy.spatial.transform import Rotation
-
     images = sorted_images(model)
     transforms = np.tile(np.eye(4), (len(images), 1, 1))
     intrinsics = np.tile(np.eye(3), (len(images), 1, 1))
@@ -75,10 +74,27 @@ def cameras_of(model: Model) -> Cameras:
             raise ValueError(f"camera {image.camera_id} of image {image.name} is {camera.model}, not PINHOLE")
         focal_x, focal_y, center_x, center_y = (camera.params[0], *camera.params)[-4:]
         intrinsics[row, (0, 1, 0, 1), (0, 1, 2, 2)] = focal_x, focal_y, center_x, center_y
-        transforms[row, :3, :3] = Rotation.from_quat(np.roll(image.quaternion, -1)).as_matrix()
+        transforms[row, :3, :3] = rotation_matrix(image.quaternion)
         transforms[row, :3, 3] = image.translation
         sizes[row] = camera.width, camera.height
     return Cameras(transforms, intrinsics, sizes)
+
+
+def rotation_matrix(quaternion: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return the rotation ``[3, 3]`` of a quaternion ``[4]``, w first, of any length but 0.
+
+    It has the bits that ``scipy.spatial.transform`` gives, whose import takes longer than reading a scene.
+    """
+    w, x, y, z = quaternion
+    length = np.sqrt(x * x + y * y + z * z + w * w)
+    w, x, y, z = w / length, x / length, y / length, z / length
+    return np.array(
+        [
+            [x * x - y * y - z * z + w * w, 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), -x * x + y * y - z * z + w * w, 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), -x * x - y * y + z * z + w * w],
+        ]
+    )
 
 
 def points_of(model: Model) -> Points:
