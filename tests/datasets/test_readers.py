@@ -3,12 +3,14 @@
 import subprocess
 import sys
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from captures_factory import make_capture
 
 from avs.datasets.captures import Captures
-from avs.datasets.embedded import EmbeddedScenes
+from avs.datasets.embedded import EmbeddedScenes, PatternName
+from avs.datasets.embedded.capture import PATTERNS
 from avs.datasets.reader_registry import readers
 from avs.scene.scene import read_scene
 from avs.system.errors import UserError
@@ -19,6 +21,10 @@ QUICK = {"views": 16, "long_side": 48, "texture_levels": 6, "gather_rays": 8, "b
 
 def test_each_reader_has_the_name_of_its_source():
     assert readers() == {"captures": Captures, "embedded": EmbeddedScenes}
+
+
+def test_every_pattern_can_be_named():
+    assert set(get_args(PatternName)) == PATTERNS.keys()
 
 
 def test_finding_readers_imports_no_heavy_library():

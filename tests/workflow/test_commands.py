@@ -2,11 +2,13 @@
 
 import importlib
 import re
+import subprocess
+import sys
 
 import pytest
 
 from avs.commands.main import STAGES, app
-from tests.workflow.project import ROOT
+from tests.workflow.project import ROOT, environment
 
 RULES = sorted((ROOT / "workflows" / "rules").glob("*.smk"))
 
@@ -28,6 +30,17 @@ def test_a_rule_calls_the_command_of_its_name_in_the_file_of_its_stage(path):
     assert all(rule == command for rule, command in commands.items())
     if commands:
         assert commands.keys() <= names(importlib.import_module(f"avs.commands.{path.stem}").commands)
+
+
+def test_a_damaged_settings_file_is_one_line(tmp_path):
+    settings = tmp_path / "settings.json"
+    settings.write_text('{"dataset": "orbit", "scene": {"source": "embedded", "pattern": "orbit", "seeds": [0')
+    words = [sys.executable, "-m", "avs", "scene", "--settings", str(settings), "--out", str(tmp_path / "scene")]
+    result = subprocess.run(words, cwd=ROOT, env=environment(), capture_output=True, text=True, check=False)
+    assert result.returncode == 2
+    assert result.stderr.count("\n") == 1
+    assert result.stderr.startswith(f"error: {settings}: file: Invalid JSON")
+    assert not (tmp_path / "scene").exists()
 
 
 def test_no_two_stages_have_a_command_of_one_name():

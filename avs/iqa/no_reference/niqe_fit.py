@@ -61,7 +61,7 @@ def fit_scenes(scenes: Sequence[Path], settings: FitSettings, out: Path, progres
         views = scene.views(range(len(scene.names)))
         features += [sharp_features(image[None], settings) for image in views.images]
         pictures += len(views)
-        hashes[scene.name] = scene.content_hash
+        hashes[f"{scene.dataset}/{scene.name}"] = scene.content_hash
         progress(f"{scene.name}: {len(views)} photographs, {sum(map(len, features))} sharp patches so far")
     gaussian = fit(np.concatenate(features), settings.fit.patch)
     card = {

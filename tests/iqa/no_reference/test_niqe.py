@@ -156,7 +156,13 @@ def test_parameters_of_a_wrong_shape_are_refused(tmp_path):
 
 def test_fit_of_a_scene_is_that_of_its_photographs(tmp_path, monkeypatch):
     photographs = tuple(data.chelsea()[:96, 32 * start : 32 * start + 96] for start in range(8))
-    scene = SimpleNamespace(name="cat", content_hash="0", names=range(8), views=lambda rows: Photographs(photographs))
+    scene = SimpleNamespace(
+        name="cat",
+        dataset="pets",
+        content_hash="0",
+        names=range(8),
+        views=lambda rows: Photographs(photographs),
+    )
     monkeypatch.setattr("avs.iqa.no_reference.niqe_fit.read_scene", lambda folder: scene)
     settings = FitSettings(resize=ResizeSettings(pixels=96), fit=PatchSettings(patch=32, sharpness=0.2))
     lines = []
