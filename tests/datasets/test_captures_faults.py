@@ -156,7 +156,10 @@ TEXT_FAULTS = {
     "lost parameter": (edit("cameras.txt", " 60", ""), r"cameras\.txt: is damaged: cannot read the line '1 PINHOLE"),
     "cut": (cut("sparse/0/images.txt", 0.55), r"images\.txt: is damaged"),
     "words": (edit("points3D.txt", " 200 100 3 ", " 200 x 3 "), r"points3D\.txt: is damaged: cannot read the line"),
-    "leaving the folder": (edit("images.txt", "image 3", "../image 3"), r"image name \.\./image 3\.png points outside the folder"),
+    "leaving the folder": (
+        edit("images.txt", "image 3", "../image 3"),
+        r"image name \.\./image 3\.png points outside the folder",
+    ),
 }
 
 
