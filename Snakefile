@@ -3,6 +3,8 @@
 #   snakemake -j2 tables                                              the embedded scenes, minutes on two cores
 #   snakemake -j2 tables --configfile workflows/config/small.yaml --config scenes_dir=DIR      your own captures
 
+import shutil
+import subprocess
 import time
 
 STARTED = time.time()  # a table that is older is not of this run
@@ -39,7 +41,12 @@ rule all:
         rules.figures.input,
 
 
+onstart:
+    write_plan()
+
+
 onsuccess:
+    shutil.rmtree(INCOMPLETE, ignore_errors=True)
     paths = [Path(f"{RESULTS}/tables/nvs_{dataset}.md") for dataset in SCENES]
     made = [
         path for path in paths if path.exists() and path.stat().st_mtime > STARTED
@@ -51,6 +58,8 @@ onsuccess:
 
 
 onerror:
+    print("\nTables of what is there:\n", flush=True)
+    subprocess.run([sys.executable, "-m", "avs", "report", RESULTS])
     print(
         "Some jobs failed; their logs are named above. Once the cause is corrected, run the same line again."
     )

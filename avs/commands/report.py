@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from avs.commands.arguments import Log, SettingsFile, Stem
+from avs.system.errors import UserError
 from avs.system.job_process import job
 from avs.system.records import read_record
 
@@ -55,6 +56,23 @@ def runtime_table(
     with job(log):
         told = read_record(settings, RowsJob)
         write_runtime_table(records, episode or [], told.methods, told.absent, published or [], out)
+
+
+@commands.command()
+def report(results: Annotated[Path, typer.Argument(help="folder of a run's results, such as results/ci")]) -> None:
+    """Tabulate what is there of a run that has not come to its end, each gap with its cause, and print the tables."""
+    from avs.config.run_plan import RunPlan
+    from avs.config.unfinished_run import unfinished
+    from avs.report.incomplete import write_incomplete_tables
+
+    with job(None):
+        written = results / "plan.json"
+        if not written.exists():
+            raise UserError(written, "is not there", "name the results of a run that has begun, such as results/ci")
+        plan = read_record(written, RunPlan, "begin the run again, which writes it")
+        out = results / "tables_incomplete"
+        tables, left_out = write_incomplete_tables(unfinished(plan), out)
+        print("\n".join([*tables, *left_out, *([f"All tables: {out}"] if tables else [])]))
 
 
 @commands.command("psnr_over_views")

@@ -103,13 +103,6 @@ class Config(StrictModel):
     report: ReportSettings = Field(default_factory=ReportSettings, description="how results are tabulated")
 
     @model_validator(mode="after")
-    def _reference_is_a_method(self) -> Self:
-        named = self.report.reference if "reference" in self.report.model_fields_set else None
-        if named is not None and named not in self.methods:
-            raise ValueError(f"report.reference: {named} is not among the methods; name one of them, or null")
-        return self
-
-    @model_validator(mode="after")
     def _scorers_have_data_of_their_own(self) -> Self:
         if self.distortions is None:
             if self.scorers:
@@ -149,6 +142,7 @@ def load(values: dict[str, Any], programs: Collection[str] = ()) -> Config:
         config = Config.model_validate(values)
     except ValidationError as error:
         raise _readable(error) from None
+    _check_reference(config)
     for identifier in programs:
         if identifier in registry.methods():
             fault = f"is a method of {registry.find(identifier).module} and a program as well"
@@ -191,6 +185,14 @@ def protocol_of(config: Config, method: str) -> ProtocolSettings:
         return protocol_of_method(config.protocol, batches, config.method_protocols.get(method, {}))
     except ValidationError as error:
         raise _readable(error, "method_protocols", method) from None
+
+
+def _check_reference(config: Config) -> None:
+    """Raise a UserError if the tables are to compare with what is no method of the run; the default need not be one."""
+    named = config.report.reference if "reference" in config.report.model_fields_set else None
+    if named is not None and named not in config.methods:
+        fault = f"{named} is not among the methods"
+        raise UserError("configuration: report.reference", fault, "name one of them, or null for none")
 
 
 def _check_truth(config: Config, protocol: ProtocolSettings) -> None:

@@ -103,6 +103,6 @@ def test_the_reference_of_the_tables_is_a_method_or_none():
     assert load(values("ci")).report.reference == "ours-repvit"
     assert load(values("ci") | {"report": {"reference": "fisherrf"}}).report.reference == "fisherrf"
     assert load(values("ci") | {"report": {"reference": None}}).report.reference is None
-    with pytest.raises(UserError, match=r"report.reference: warp is not among the methods; name one of them") as error:
+    with pytest.raises(UserError, match=r"report\.reference: warp is not among the methods; name one of them") as error:
         load(values("ci") | {"report": {"reference": "warp"}})
     assert "\n" not in str(error.value)

@@ -5,48 +5,17 @@ import re
 
 import pytest
 
-from avs.nvs.timing_record import Runtime, SelectionTimes
 from avs.report.tables.selection_times import write_runtime_table
 from avs.system.errors import UserError
 from avs.system.reasons import Reason
 from avs.system.records import write_record
+from tests.report.timing_records import make_record
 
 PUBLISHED = """table,dataset,scene,method,metric,value
 tab,mipnerf360,garden,fisherrf,selection_seconds,8.34
 tab,mipnerf360,garden,fisherrf,psnr,21.33
 tab,mipnerf360,garden,fisherrf,gpu_memory_gb,15.8
 """
-
-
-def make_record(method="fisherrf", total=(0.4, 0.1, 0.3), render=0.0, **changes):
-    fields = {
-        "scene": "attic",
-        "scene_hash": "hash of attic",
-        "method": method,
-        "label": method,
-        "group": "3D-based",
-        "selector": {},
-        "seed": 0,
-        "iteration": 245,
-        "primitives": 4321,
-        "own_fit": False,
-        "captured": 12,
-        "candidates": 44,
-        "chosen": 1,
-        "image_size": (192, 108),
-        "selections": [
-            SelectionTimes(render_seconds=render, score_seconds=each - render, total_seconds=each) for each in total
-        ],
-        "peak_memory_bytes": 512_000_000,
-        "device": "cpu",
-        "machine": {"processor": "a processor", "cores": "2"},
-        "threads": 1,
-        "packages": {},
-        "revision": None,
-        "started": "",
-        "finished": "",
-    }
-    return Runtime(**(fields | changes))
 
 
 @pytest.fixture

@@ -48,6 +48,22 @@ def test_a_run_gives_tables_and_figures(finished):
     assert {row.split(",")[0] for row in rows[1:]} == set(METHODS)
 
 
+def test_the_plan_of_a_run_finds_all_that_its_tables_are_made_from(finished, monkeypatch):
+    from avs.config.run_plan import RunPlan
+    from avs.config.unfinished_run import unfinished
+    from avs.system.records import read_record
+
+    monkeypatch.chdir(finished)
+    run = unfinished(read_record(Path("results/tiny/plan.json"), RunPlan))
+    (table,) = run.tables
+    assert {wanted.method for wanted in table.episodes} == set(METHODS)
+    for wanted in table.episodes:
+        assert wanted.path.exists()
+        assert wanted.scene.exists()
+        assert len(wanted.logs) == 3  # of the episode, the scene and the kernels
+        assert all(log.exists() for log in wanted.logs)
+
+
 def test_a_second_run_has_nothing_to_do(finished):
     result = run(finished, "-j2", "tables")
     assert result.returncode == 0
@@ -153,6 +169,26 @@ def test_a_damaged_capture_ends_its_own_jobs_only(tmp_path):
     assert (results / "episodes/captures/good/farthest/0/episode.json").exists()
     assert not (results / "scenes/captures/bad").exists() or not list((results / "scenes/captures/bad").iterdir())
     assert not list((results / "tables").glob("*")) if (results / "tables").exists() else True
+
+    # What is there is tabulated and printed, and says what is not there and why.
+    table = (results / "tables_incomplete" / "nvs_captures.md").read_text()
+    assert table in result.stdout
+    assert table.startswith("Incomplete: 1 of 2 episodes is missing. Left out, because no method has an episode: bad.")
+    (fault,) = {line.removeprefix("error: ") for line in lines if "005.png" in line}
+    assert f"- bad: {fault}\n" in table
+    ranking = (results / "tables_incomplete" / "ranking_captures.csv").read_text().splitlines()
+    assert {line.split(",")[0] for line in ranking[1:]} == {"farthest"}
+
+    # With the capture corrected, the same line completes the run: its tables replace the incomplete ones.
+    small_scene(tmp_path / "again", count=16, name="bad")
+    shutil.copy(tmp_path / "again" / "images" / "005.png", image)
+    result = run(folder, "-j2", "tables")
+    assert result.returncode == 0, result.stdout + result.stderr
+    table = (results / "tables" / "nvs_captures.md").read_text()
+    assert table in result.stdout
+    assert "2 scenes (bad, good)" in table
+    assert "Incomplete" not in result.stdout
+    assert not (results / "tables_incomplete").exists()
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,43 @@
 # Tables and figures, from episode records and nothing else.
 
+from avs.config.run_plan import RunPlan
+from avs.system.records import write_record
+
+# The paper's selection times.
+PUBLISHED_TIMES = [
+    "results/published/runtime_garden_detail.csv",
+    "results/published/runtime_garden.csv",
+]
+
+# What a run asks for, from which `python -m avs report` tabulates what is there of it.
+PLAN = f"{RESULTS}/plan.json"
+INCOMPLETE = f"{RESULTS}/tables_incomplete"
+
+
+def write_plan():
+    """Write what this run asks for, before its first job."""
+    logs = {
+        "scene": rules.scene.log[0],
+        "kernels": rules.kernels.log[0],
+        "distortions": rules.distortions.log[0],
+        "scorer_train": rules.scorer_train.log[0],
+        "niqe_fit": rules.niqe_fit.log[0],
+        "views": rules.episode.log[0].replace(".log", ".views.log"),
+        "episode": rules.episode.log[0],
+        "runtime_state": rules.runtime_state.log[0],
+        "runtime": rules.runtime.log[0],
+    }
+    records = {"scene": SCENE, "episode": EPISODE, "runtime": rules.runtime.output[0]}
+    plan = RunPlan(
+        config=settings,
+        scenes={dataset: tuple(scenes) for dataset, scenes in LISTED.items()},
+        timed=timed_scene() if settings.runtime is not None and TIMED else None,
+        published_times=PUBLISHED_TIMES,
+        records=records,
+        logs={rule: str(log) for rule, log in logs.items()},
+    )
+    write_record(Path(PLAN), plan)
+
 
 def published_file(wildcards):
     """Return the file of published values that stand beside a data set's own, if any."""
@@ -76,10 +114,7 @@ rule runtime_table:
     input:
         records=timings,
         episodes=timed_episodes,
-        published=[
-            "results/published/runtime_garden_detail.csv",
-            "results/published/runtime_garden.csv",
-        ],
+        published=PUBLISHED_TIMES,
         settings=f"{RESULTS}/settings/runtime_table.json",
         code=sources("avs.report.tables.selection_times"),
     output:

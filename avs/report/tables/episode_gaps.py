@@ -50,15 +50,21 @@ def fewer_seeds(episodes: Episodes, method: str) -> str | None:
 
 def incomplete(episodes: Episodes) -> list[str]:
     """Return sentences that begin the caption of an incomplete table; none for a complete one."""
-    missing = sum(map(len, episodes.missing.values()))
-    if not missing:
+    missing = missing_episodes(episodes)
+    if missing is None:
         return []
-    are = "is" if missing == 1 else "are"
-    sentences = [f"Incomplete: {missing} of {missing + len(episodes.all)} episodes {are} missing."]
+    sentences = [f"Incomplete: {missing}."]
     names = [*_scenes_left_out(episodes), *(f"seed {seed}" for seed in _seeds_left_out(episodes))]
     if names:
         sentences.append(f"Left out, because no method has an episode: {', '.join(names)}.")
     return sentences
+
+
+def missing_episodes(episodes: Episodes) -> str | None:
+    """Return how many episodes are missing, or None if all are there."""
+    missing = sum(map(len, episodes.missing.values()))
+    verb = "is" if missing == 1 else "are"
+    return f"{missing} of {missing + len(episodes.all)} episodes {verb} missing" if missing else None
 
 
 def left_out(episodes: Episodes) -> list[str]:

@@ -13,7 +13,7 @@ from avs.report.formats.writing import write_document
 from avs.report.methods import Presented, presented
 from avs.report.published import read_published
 from avs.report.tables.arrangement import arranged
-from avs.report.tables.episode_gaps import incomplete
+from avs.report.tables.episode_gaps import missing_episodes
 from avs.report.tables.selection_times_numbers import COLUMNS, Times, read_runtimes, summarise_runtime
 from avs.report.tables.table_notes import count, oracle_note, whole_row
 from avs.system.errors import UserError
@@ -96,10 +96,9 @@ def selection_times(
     rows = [presented(method, episodes) for method in methods]
     ordered = [records[method] for method in methods if method in records]
     cells = {method: _cells(method, numbers[method], paper) for method in methods}
-    partial = [f"Incomplete: {count(untimed, 'method')} not timed yet."] if untimed else []
     return Document(
         label=f"runtime-{ordered[0].scene}",
-        caption=(*partial, *incomplete(episodes), *_caption(ordered)),
+        caption=(*_incomplete(episodes, untimed), *_caption(ordered)),
         columns=columns,
         groups=arranged(columns, rows, cells),
         notes=tuple(_notes(rows, numbers, ordered, episodes, has_paper=bool(paper))),
@@ -144,6 +143,12 @@ def _of_scene(paths: Sequence[Path], methods: Sequence[str], timed: Mapping[str,
             fault = f"is an episode on another scene than {first.scene}, on which selections were timed"
             raise UserError(f"{episode.scene}, {episode.method}", fault, "pass the episodes of the timed scene")
     return collected[0]
+
+
+def _incomplete(episodes: Episodes, untimed: int) -> list[str]:
+    gaps = [f"{count(untimed, 'method')} not timed" if untimed else None, missing_episodes(episodes)]
+    told = [gap for gap in gaps if gap is not None]
+    return [f"Incomplete: {', '.join(told)}."] if told else []
 
 
 def _caption(records: Sequence[Runtime]) -> list[str]:

@@ -1,0 +1,22 @@
+"""What a run asks for: which records of which scenes, where they are, and where their jobs tell of faults.
+
+The workflow writes it before the first job, so that a run can be tabulated that has not come to its end.
+"""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from avs.config.configuration import Config
+from avs.system.models import StrictModel
+
+
+class RunPlan(StrictModel):
+    """A run. Paths are relative to the folder that Snakemake runs in; names of wildcards are in braces."""
+
+    config: Config = Field(description="the checked configuration")
+    scenes: dict[str, tuple[str, ...]] = Field(description="scenes of each data set, those for scorers included")
+    timed: tuple[str, str] | None = Field(description="data set and scene on which selections are timed, or null")
+    published_times: tuple[str, ...] = Field(description="files of the paper's times")
+    records: dict[str, str] = Field(description="path of the record that a rule writes, by rule")
+    logs: dict[str, str] = Field(description="path of a job's log, by rule")

@@ -1,0 +1,90 @@
+"""What the tables of a run are made from, by its plan: each record with the logs that tell why it is not there."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from avs.config.jobs import RowsJob, TableJob, settings_of
+from avs.config.method_weights import Made, absent_methods, is_program, weights_of
+from avs.config.run_plan import RunPlan
+from avs.nvs.episode_settings import EpisodeSettings
+from avs.report.incomplete import UnfinishedRun, WantedEpisode, WantedRecord, WantedTable, WantedTimes
+
+
+def unfinished(plan: RunPlan) -> UnfinishedRun:
+    """Return what the tables of a run are made from, whether it is there or not."""
+    config = plan.config
+    return UnfinishedRun(
+        methods=config.methods,
+        reference=config.report.reference,
+        absent=absent_methods(config),
+        tables=tuple(_table(plan, dataset) for dataset in config.evaluated),
+        times=None if plan.timed is None else _times(plan, *plan.timed),
+    )
+
+
+def _table(plan: RunPlan, dataset: str) -> WantedTable:
+    settings = settings_of(plan.config, f"nvs_table/{dataset}")
+    assert isinstance(settings, TableJob)
+    return WantedTable(
+        dataset=dataset,
+        episodes=tuple(
+            _episode(plan, method, dataset, scene, seed)
+            for method in plan.config.methods
+            if method not in settings.absent
+            for scene in plan.scenes[dataset]
+            for seed in plan.config.seeds
+        ),
+        published=None if settings.published is None else Path(settings.published),
+    )
+
+
+def _episode(plan: RunPlan, method: str, dataset: str, scene: str, seed: int) -> WantedEpisode:
+    settings = settings_of(plan.config, f"episode/{method}")
+    assert isinstance(settings, EpisodeSettings)
+    place = {"method": method, "dataset": dataset, "scene": scene, "seed": str(seed)}
+    return WantedEpisode(
+        method=method,
+        path=Path(plan.records["episode"].format(**place)),
+        scene=Path(plan.records["scene"].format(**place)),
+        logs=_logs(plan, ["episode", *(["views"] if is_program(method) else [])], place),
+        cell=(scene, seed),
+        settings=settings.model_dump(mode="json", include={"protocol", "representation"}),
+    )
+
+
+def _times(plan: RunPlan, dataset: str, scene: str) -> WantedTimes:
+    settings = settings_of(plan.config, "runtime_table")
+    assert isinstance(settings, RowsJob)
+    places = [
+        {"method": method, "dataset": dataset, "scene": scene}
+        for method in plan.config.methods
+        if method not in settings.absent
+    ]
+    return WantedTimes(
+        dataset=dataset,
+        scene=scene,
+        records=tuple(
+            WantedRecord(
+                method=place["method"],
+                path=Path(plan.records["runtime"].format(**place)),
+                scene=Path(plan.records["scene"].format(**place)),
+                logs=_logs(plan, ["runtime", "runtime_state"], place),
+            )
+            for place in places
+        ),
+        absent=settings.absent,
+        published=tuple(map(Path, plan.published_times)),
+    )
+
+
+def _logs(plan: RunPlan, own: list[str], place: dict[str, str]) -> tuple[Path, ...]:
+    """Return the logs of a job's own rules, then of the jobs that make what all jobs of its method and scene need."""
+    logs = [plan.logs[rule].format(**place) for rule in [*own, "scene", "kernels"]]
+    made = weights_of(plan.config, place["method"])
+    if isinstance(made, Made):
+        logs.append(plan.logs[made.rule].format(scorer=made.name))
+        for dataset in () if plan.config.distortions is None else plan.config.distortions.datasets:
+            for scene in plan.scenes[dataset]:
+                logs += [plan.logs[rule].format(dataset=dataset, scene=scene) for rule in ("distortions", "scene")]
+    return tuple(map(Path, logs))

@@ -1,0 +1,211 @@
+"""Tables of what a run has so far, each with its gaps and their causes."""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+from avs.nvs.record import Episode
+from avs.nvs.timing_record import Runtime
+from avs.report.collect import Cell, Episodes, read_dataset
+from avs.report.document import Document
+from avs.report.formats.markdown import document_markdown
+from avs.report.formats.writing import write_document
+from avs.report.tables.score_ranking import score_ranking
+from avs.report.tables.selection_times import selection_times
+from avs.report.tables.selection_times_numbers import read_runtimes
+from avs.report.tables.view_synthesis import view_synthesis
+from avs.scene.scene import SceneFile
+from avs.system.errors import UserError
+from avs.system.job_logs import why_missing
+from avs.system.reasons import Reason
+from avs.system.records import read_record
+
+_NVS = "nvs_"  # begins the names of the tables that a run prints
+
+_Value = TypeVar("_Value")
+_Record = TypeVar("_Record", Episode, Runtime)
+
+
+@dataclass(frozen=True)
+class WantedRecord:
+    """A record that a run asks for.
+
+    Attributes:
+        method: identifier.
+        path: where it is written.
+        scene: ``scene.json`` of its scene; a record of another version of the scene does not count.
+        logs: of its job, then of the jobs that it waits for.
+    """
+
+    method: str
+    path: Path
+    scene: Path
+    logs: tuple[Path, ...]
+
+
+@dataclass(frozen=True)
+class WantedEpisode(WantedRecord):
+    """An episode that a run asks for.
+
+    Attributes:
+        cell: its scene and seed.
+        settings: fields of its record, such as the protocol, that must have these values; a record of another
+            configuration does not count.
+    """
+
+    cell: Cell
+    settings: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class WantedTable:
+    """The view synthesis and the ranking table of one data set."""
+
+    dataset: str
+    episodes: tuple[WantedEpisode, ...]
+    published: Path | None
+
+
+@dataclass(frozen=True)
+class WantedTimes:
+    """The table of selection times.
+
+    Attributes:
+        dataset: the data set of the scene.
+        scene: the scene on which methods are timed.
+        records: one for each method that is timed.
+        absent: why another is not, by identifier.
+        published: files of the paper's times.
+    """
+
+    dataset: str
+    scene: str
+    records: tuple[WantedRecord, ...]
+    absent: Mapping[str, Reason]
+    published: tuple[Path, ...]
+
+
+@dataclass(frozen=True)
+class UnfinishedRun:
+    """All that the tables of a run are made from.
+
+    Attributes:
+        methods: identifiers of the rows, in order.
+        reference: the method that the others are compared with, or None.
+        absent: why a method could not run, by identifier.
+        tables: for each data set.
+        times: the selection times, or None if the run leaves them out.
+    """
+
+    methods: tuple[str, ...]
+    reference: str | None
+    absent: Mapping[str, Reason]
+    tables: tuple[WantedTable, ...]
+    times: WantedTimes | None
+
+
+def write_incomplete_tables(run: UnfinishedRun, out: Path) -> tuple[list[str], list[str]]:
+    """Write the tables of what is there to the folder ``out``, in place of what it held.
+
+    A table names its gaps in caption and notes; one without any is as the complete run makes it.
+
+    Returns:
+        The view synthesis tables as Markdown; and a line for each table that cannot be made of what is there.
+    """
+    documents, lines = incomplete_documents(run)
+    shutil.rmtree(out, ignore_errors=True)
+    for name, document in documents.items():
+        write_document(document, out / name)
+    return [document_markdown(each) for name, each in documents.items() if name.startswith(_NVS)], lines
+
+
+def incomplete_documents(run: UnfinishedRun) -> tuple[dict[str, Document], list[str]]:
+    """Return the tables of what is there by name of their files, and a line for each that cannot be made."""
+    documents: dict[str, Document] = {}
+    lines: list[str] = []
+    collected: dict[str, Episodes] = {}
+    for table in run.tables:
+        with _explained(f"tables of {table.dataset}", lines):
+            episodes = existing_episodes(table, run.methods)
+            arguments = (table.published, run.absent, run.reference)
+            documents[f"{_NVS}{table.dataset}"] = view_synthesis(episodes, run.methods, *arguments)
+            documents[f"ranking_{table.dataset}"] = score_ranking(episodes, run.methods, run.absent)
+            collected[table.dataset] = episodes
+    if run.times is not None:
+        with _explained("table of selection times", lines):
+            episodes = collected.get(run.times.dataset, Episodes(run.times.dataset, {}))
+            documents["runtime"] = _selection_times(run.times, episodes, run.methods)
+    return documents, lines
+
+
+def existing_episodes(table: WantedTable, methods: Sequence[str]) -> Episodes:
+    """Read the episodes of a data set that are there, with the reason for each that is not.
+
+    Raises:
+        UserError: there is none, or they cannot be compared with one another.
+    """
+    paths: list[Path] = []
+    missing: dict[str, dict[Cell, str]] = {}
+    for wanted in table.episodes:
+        why = _why_no_episode(wanted)
+        if why is None:
+            paths.append(wanted.path)
+        else:
+            missing.setdefault(wanted.method, {})[wanted.cell] = why
+    if not paths:
+        reasons = dict.fromkeys(why for cells in missing.values() for why in cells.values())
+        raise UserError(table.dataset, "no episode yet", "; ".join(reasons))
+    return replace(read_dataset(paths, methods, table.dataset), missing=missing)
+
+
+def _why_no_episode(wanted: WantedEpisode) -> str | None:
+    found = _read(wanted, Episode)
+    if isinstance(found, str):
+        return found
+    differing = [name for name, value in wanted.settings.items() if getattr(found, name) != value]
+    return f"it was run with another {differing[0]}" if differing else None
+
+
+def _selection_times(wanted: WantedTimes, episodes: Episodes, methods: Sequence[str]) -> Document:
+    found = {each.method: _read(each, Runtime) for each in wanted.records}
+    untimed = {method: Reason(cause="not timed", remedy=why) for method, why in found.items() if isinstance(why, str)}
+    paths = [each.path for each in wanted.records if each.method not in untimed]
+    if not paths:
+        reasons = dict.fromkeys(str(reason.remedy) for reason in untimed.values())
+        raise UserError(wanted.scene, "no method is timed yet", "; ".join(reasons))
+    alone = Episodes(
+        episodes.dataset,
+        {method: _of_scene(cells, wanted.scene) for method, cells in episodes.cells.items()},
+        {method: _of_scene(cells, wanted.scene) for method, cells in episodes.missing.items()},
+    )
+    absent = {**wanted.absent, **untimed}
+    return selection_times(read_runtimes(paths), alone, methods, absent, wanted.published, untimed=len(untimed))
+
+
+def _of_scene(cells: Mapping[Cell, _Value], scene: str) -> dict[Cell, _Value]:
+    return {cell: value for cell, value in cells.items() if cell[0] == scene}
+
+
+def _read(wanted: WantedRecord, kind: type[_Record]) -> _Record | str:
+    """Return a record, or why it is not there or does not count."""
+    if not wanted.path.exists() or not wanted.scene.exists():
+        return why_missing(wanted.logs)
+    try:
+        found, scene = read_record(wanted.path, kind), read_record(wanted.scene, SceneFile)
+    except UserError as error:
+        return str(error)
+    return found if found.scene_hash == scene.content_hash else "it was run on an earlier version of the scene"
+
+
+@contextlib.contextmanager
+def _explained(table: str, lines: list[str]) -> Iterator[None]:
+    """Turn a fault that leaves a table out into a line."""
+    try:
+        yield
+    except UserError as error:
+        lines.append(f"{table}: left out; {error}")

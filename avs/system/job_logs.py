@@ -1,0 +1,39 @@
+"""What the log of a job says of its end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+_MARK = "error: "
+_TRACEBACK = "Traceback (most recent call last):"
+
+
+def fault_of(log: Path) -> str | None:
+    """Return why a job failed, as its log says last, or None if it says nothing of the kind or is not there.
+
+    That is the line after ``error: ``, with which ``avs.system.job_process.job`` ends a log, or the last line of a
+    traceback.
+    """
+    try:
+        lines = [line.strip() for line in log.read_text(encoding="utf-8", errors="replace").splitlines()]
+    except OSError:
+        return None
+    last = next((line for line in reversed(lines) if line), "")
+    if last.startswith(_MARK):
+        return last.removeprefix(_MARK)
+    return last if _TRACEBACK in lines else None
+
+
+def why_missing(logs: Iterable[Path]) -> str:
+    """Return why the result of a job is not there.
+
+    Args:
+        logs: of the job itself, then of the jobs that it waits for; one that has not begun has none.
+    """
+    own, *others = logs
+    for log in (own, *others):
+        fault = fault_of(log)
+        if fault is not None:
+            return fault
+    return "its job began and did not end" if own.exists() else "its job has not run"
