@@ -130,14 +130,14 @@ def incomplete_documents(run: UnfinishedRun) -> tuple[dict[str, Document], list[
     lines: list[str] = []
     collected: dict[str, Episodes] = {}
     for table in run.tables:
-        with _explained(f"tables of {table.dataset}", lines):
+        with _left_out_into(lines):
             episodes = existing_episodes(table, run.methods)
             arguments = (table.published, run.absent, run.reference)
             documents[f"{_NVS}{table.dataset}"] = view_synthesis(episodes, run.methods, *arguments)
             documents[f"ranking_{table.dataset}"] = score_ranking(episodes, run.methods, run.absent)
             collected[table.dataset] = episodes
     if run.times is not None:
-        with _explained("table of selection times", lines):
+        with _left_out_into(lines):
             episodes = collected.get(run.times.dataset, Episodes(run.times.dataset, {}))
             documents["runtime"] = _selection_times(run.times, episodes, run.methods)
     return documents, lines
@@ -159,7 +159,7 @@ def existing_episodes(table: WantedTable, methods: Sequence[str]) -> Episodes:
             missing.setdefault(wanted.method, {})[wanted.cell] = why
     if not paths:
         reasons = dict.fromkeys(why for cells in missing.values() for why in cells.values())
-        raise UserError(table.dataset, "no episode yet", "; ".join(reasons))
+        raise UserError(f"tables of {table.dataset}", "no episode yet", "; ".join(reasons))
     return replace(read_dataset(paths, methods, table.dataset), missing=missing)
 
 
@@ -177,7 +177,7 @@ def _selection_times(wanted: WantedTimes, episodes: Episodes, methods: Sequence[
     paths = [each.path for each in wanted.records if each.method not in untimed]
     if not paths:
         reasons = dict.fromkeys(str(reason.remedy) for reason in untimed.values())
-        raise UserError(wanted.scene, "no method is timed yet", "; ".join(reasons))
+        raise UserError("table of selection times", "no method is timed yet", "; ".join(reasons))
     alone = Episodes(
         episodes.dataset,
         {method: _of_scene(cells, wanted.scene) for method, cells in episodes.cells.items()},
@@ -203,9 +203,9 @@ def _read(wanted: WantedRecord, kind: type[_Record]) -> _Record | str:
 
 
 @contextlib.contextmanager
-def _explained(table: str, lines: list[str]) -> Iterator[None]:
+def _left_out_into(lines: list[str]) -> Iterator[None]:
     """Turn a fault that leaves a table out into a line."""
     try:
         yield
     except UserError as error:
-        lines.append(f"{table}: left out; {error}")
+        lines.append(f"left out: {error}")

@@ -160,7 +160,7 @@ def test_what_cannot_be_tabulated_is_a_line(results, tmp_path):
     tables, left_out = results.write()
     assert tables == []
     assert left_out == [
-        "tables of orbit: left out; orbit: no episode yet; attic/a.png: damaged; copy it again; its job has not run"
+        "left out: tables of orbit: no episode yet; attic/a.png: damaged; copy it again; its job has not run"
     ]
     assert not (tmp_path / "tables_incomplete").exists()
 
@@ -182,4 +182,4 @@ def test_selection_times_name_the_methods_that_are_not_timed(results, tmp_path):
     for record in records[1:]:
         record.path.unlink()
     _, left_out = results.write(times=WantedTimes("orbit", "attic", tuple(records), {}, ()))
-    assert left_out[0].startswith("table of selection times: left out; attic: no method is timed yet; random: too slow")
+    assert left_out[0].startswith("left out: table of selection times: no method is timed yet; random: too slow")
