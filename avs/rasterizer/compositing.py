@@ -2,31 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from avs.rasterizer.blending import blend, to_image
+from avs.rasterizer.blended_view import ProjectedView, Squares, blend_view
+from avs.rasterizer.blending import to_image
 from avs.rasterizer.blending_backward import CHANNELS, blend_backward, unpack_gradients
 from avs.rasterizer.kernels import Context, Floats
-from avs.rasterizer.splat_records import pack_records
-from avs.rasterizer.tiles import TILE, depth_order
-
-
-@dataclass(frozen=True)
-class Squares:
-    """How a channel is blended with squared weights.
-
-    Attributes:
-        share: the weight that is squared is alpha_i T_i (1 - share alpha_i), T_i being the transmittance in front.
-        through: factor of the gradient that reaches the weights. The gradients are those of share 0.
-    """
-
-    share: float
-    through: float
+from avs.rasterizer.tiles import TILE
 
 
 class _Blend(torch.autograd.Function):
@@ -43,21 +29,20 @@ class _Blend(torch.autograd.Function):
         options: tuple[int, int, bool, bool, Squares | None],
     ) -> tuple[Tensor, Tensor]:
         width, height, with_depth, _, how = options
-        share = how.share if how else 0.0
         cameras = len(means2d)
-        channels, squares = _split(colors.shape[-1] + with_depth, how)
-        planes = channels + squares
-        images = torch.empty(cameras, height, width, len(planes))
+        images = torch.empty(cameras, height, width, colors.shape[-1] + with_depth)
         alphas = torch.empty(cameras, height, width, 1)
         kept = []
         for c in range(cameras):
-            splats = _splats(c, means2d, conics, opacities, colors, depths)
-            order = depth_order(splats[4], radii[c].numpy())
-            records = pack_records(order, *splats, radii[c].numpy(), with_depth)
-            blended = blend(records, channels, squares, share, width, height)
-            background = _background(backgrounds, c, planes)
-            to_image(*blended[:2], planes, background, images[c].numpy(), alphas[c, :, :, 0].numpy())
-            kept.append((order, records, *blended))
+            centre, conic, opacity, color, depth = _splats(c, means2d, conics, opacities, colors, depths)
+            view = ProjectedView(centre, conic, opacity, depth, radii[c].numpy())
+            blended = blend_view(view, color, width, height, with_depth, how)
+            background = _background(backgrounds, c, blended.planes)
+            to_image(
+                blended.transmittance, blended.pixels, blended.planes, background, images[c].numpy(),
+                alphas[c, :, :, 0].numpy(),
+            )  # fmt: skip
+            kept.append(blended)
         ctx.kept, ctx.options = kept, options
         ctx.save_for_backward(means2d, conics, opacities, colors, depths, backgrounds)
         return images, alphas
@@ -67,31 +52,29 @@ class _Blend(torch.autograd.Function):
         means2d, conics, opacities, colors, depths, backgrounds = ctx.saved_tensors
         width, height, with_depth, absgrad, how = ctx.options
         through = how.through if how else 0.0
-        channels, squares = _split(v_images.shape[-1], how)
-        planes = channels + squares
         v_means2d, v_conics = torch.zeros_like(means2d), torch.zeros_like(conics)
         v_absolute = torch.zeros_like(means2d) if absgrad else v_means2d
         v_opacities, v_colors = torch.zeros_like(opacities), torch.zeros_like(colors)
         v_depths = torch.zeros_like(depths)
         v_images, v_alphas = v_images.contiguous(), v_alphas.contiguous()
         for c in range(len(means2d)):
-            order, records, transmittance, pixels, entries, offsets = ctx.kept[c]
+            view = ctx.kept[c]
             sums = blend_backward(
-                records, entries, offsets, transmittance, pixels, channels, squares, through,
-                (0,) * (CHANNELS + len(planes) + 2 * absgrad), _background(backgrounds, c, planes),
+                view.records, view.entries, view.offsets, view.transmittance, view.pixels, view.channels, view.squares,
+                through, (0,) * (CHANNELS + len(view.planes) + 2 * absgrad), _background(backgrounds, c, view.planes),
                 v_images[c].numpy(), v_alphas[c, :, :, 0].numpy(),
             )  # fmt: skip
             _, conic, opacity, _, _ = _splats(c, means2d, conics, opacities, colors, depths)
             _, _, v_opacity, v_color, v_depth = _splats(c, means2d, conics, v_opacities, v_colors, v_depths)
             unpack_gradients(
-                order, conic, opacity, sums, absgrad, with_depth,
+                view.order, conic, opacity, sums, absgrad, with_depth,
                 v_means2d[c].numpy(), v_absolute[c].numpy(), v_conics[c].numpy(), v_opacity, v_color, v_depth,
             )  # fmt: skip
         if absgrad:
             means2d.absgrad = v_absolute
         v_backgrounds = None
         if backgrounds is not None and ctx.needs_input_grad[5]:
-            light = torch.stack([_light(kept[2], width, height) for kept in ctx.kept])
+            light = torch.stack([_light(view.transmittance, width, height) for view in ctx.kept])
             v_backgrounds = (v_images * light[..., None]).sum(dim=(1, 2))[:, : backgrounds.shape[-1]]
         return v_means2d, v_conics, v_opacities, v_colors, v_depths, v_backgrounds, None, None
 
@@ -110,12 +93,6 @@ def _background(backgrounds: Tensor | None, camera: int, channels: tuple[int, ..
         row = backgrounds[camera].detach().numpy()
         values[: len(row)] = row
     return values
-
-
-def _split(planes: int, squares_like: Squares | None) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Return tuples as long as there are plain channels, and channels of squared weights."""
-    squares = 0 if squares_like is None else 1
-    return (0,) * (planes - squares), (0,) * squares
 
 
 def _light(transmittance: Floats, width: int, height: int) -> Tensor:

@@ -9,15 +9,13 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avs.rasterizer.blending import blend
+from avs.rasterizer.blended_view import blend_view, project_view
 from avs.rasterizer.constants import BLUR, FAR_PLANE, NEAR_PLANE
 from avs.rasterizer.fisher_chain import apply_chain
 from avs.rasterizer.fisher_moments import WEIGHT, second_moments
 from avs.rasterizer.kernels import Floats, Integers
-from avs.rasterizer.projection import camera_numbers, project_gaussians
+from avs.rasterizer.projection import camera_numbers
 from avs.rasterizer.spherical_harmonics import view_dependent_colors
-from avs.rasterizer.splat_records import pack_records
-from avs.rasterizer.tiles import depth_order
 
 
 @dataclass(frozen=True)
@@ -98,22 +96,20 @@ def fisher_diagonal(
     antialiased = rasterize_mode == "antialiased"
     means, quats, scales = means.contiguous(), quats.contiguous(), scales.contiguous()
     opacities, sh_coefficients = opacities.contiguous(), sh_coefficients.contiguous()
-    means2d, depths, conics, compensations, radii = project_gaussians(
-        means, quats, scales, opacities, viewmat[None], intrinsics[None], width, height,
-        near_plane, far_plane, 0.0, eps2d, antialiased,
-    )  # fmt: skip
-    effective = (opacities * compensations[0] if antialiased else opacities).numpy()
+    view, compensations = project_view(
+        means, quats, scales, opacities, viewmat, intrinsics, width, height, near_plane, far_plane, eps2d, antialiased
+    )
     centre = torch.inverse(viewmat)[:3, 3].contiguous()
+    radii = torch.from_numpy(view.radii)[None]
     colors = view_dependent_colors(sh_coefficients, means, centre[None], radii, sh_degree)[0]
-    image, conic = means2d[0].numpy(), conics[0].numpy()
-    order = depth_order(depths[0].numpy(), radii[0].numpy())
-    summed = colors.sum(dim=1, keepdim=True).numpy()
-    records = pack_records(order, image, conic, effective, summed, depths[0].numpy(), radii[0].numpy(), False)
-    transmittance, pixels, entries, offsets = blend(records, (0,), (), 0.0, width, height)
+    blended = blend_view(view, colors.sum(dim=1, keepdim=True).numpy(), width, height)
     behind = np.float32(0.0 if background is None else float(background.sum()))
-    shears = conic[order, 1] / conic[order, 2]
-    moments = second_moments(records, shears, entries, offsets, transmittance, pixels, behind, width, height)
-    gaussians, places = _shown(order, moments)
+    shears = view.conics[blended.order, 1] / view.conics[blended.order, 2]
+    moments = second_moments(
+        blended.records, shears, blended.entries, blended.offsets, blended.transmittance, blended.pixels, behind,
+        width, height,
+    )  # fmt: skip
+    gaussians, places = _shown(blended.order, moments)
     count = len(gaussians)
     result = FisherDiagonal(
         rows=torch.from_numpy(gaussians),
@@ -126,7 +122,7 @@ def fisher_diagonal(
     pose, lens = camera_numbers(viewmat, intrinsics, width, height)
     apply_chain(
         gaussians, places, moments, shears, *(x.numpy() for x in (means, quats, scales, opacities, sh_coefficients)),
-        colors.numpy(), conic, compensations[0].numpy(), pose, lens, centre.numpy(), np.float32(eps2d), sh_degree,
+        colors.numpy(), view.conics, compensations, pose, lens, centre.numpy(), np.float32(eps2d), sh_degree,
         antialiased, result.means.numpy(), result.quats.numpy(), result.scales.numpy(), result.opacities.numpy(),
         result.sh.numpy(),
     )  # fmt: skip

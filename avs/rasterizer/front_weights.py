@@ -1,7 +1,11 @@
-"""Kernel of the blending weights of the Gaussians in front: sums over the pixels that much light still reaches."""
+"""Blending weights of the Gaussians in front: sums over the pixels where much light still reaches them."""
+
+from __future__ import annotations
 
 import numpy as np
+from torch import Tensor
 
+from avs.rasterizer.blended_view import blend_view, project_view
 from avs.rasterizer.blending_decision import (
     BLOCKS,
     PIXELS,
@@ -20,13 +24,51 @@ from avs.rasterizer.tiles import TILE
 _LIGHT, _IMAGE, _SCRATCH = 0, PIXELS, 2 * PIXELS
 
 
+def weights_in_front(
+    means: Tensor,
+    quats: Tensor,
+    scales: Tensor,
+    opacities: Tensor,
+    viewmat: Tensor,
+    intrinsics: Tensor,
+    image: Floats,
+    transmittance: float,
+) -> tuple[Floats, Integers]:
+    """Return, per Gaussian, the sum of weight times ``image`` over the pixels where it lies in front, and their number.
+
+    It lies in front where the transmittance that reaches it is above ``transmittance``.
+
+    Args:
+        means: centres ``[N, 3]`` float32 on the CPU, as all other tensors.
+        quats: rotations ``[N, 4]``, w first.
+        scales: standard deviations ``[N, 3]``.
+        opacities: ``[N]`` in 0..1.
+        viewmat: world-to-camera matrix ``[4, 4]``.
+        intrinsics: in pixels ``[3, 3]``.
+        image: ``[height, width]``, of the size that is rendered.
+        transmittance: 0 counts every pixel that a Gaussian is blended into.
+
+    Returns:
+        Sums ``[N]`` float64 and numbers of pixels ``[N]`` int64.
+    """
+    height, width = image.shape
+    view, _ = project_view(means, quats, scales, opacities, viewmat, intrinsics, width, height)
+    blended = blend_view(view, np.empty((len(means), 0), np.float32), width, height)
+    sums, pixels = np.zeros(len(means)), np.zeros(len(means), np.int64)
+    sums[blended.order], pixels[blended.order] = _front_sums(
+        blended.records, blended.entries, blended.offsets, np.ascontiguousarray(image, dtype=np.float32),
+        np.float32(transmittance),
+    )  # fmt: skip
+    return sums, pixels
+
+
 @kernel
-def front_sums(
+def _front_sums(
     records: Floats, entries: Integers, offsets: Integers, image: Floats, least: Number,
 ) -> tuple[Floats, Integers]:  # fmt: skip
     """Return, per record, the sum of weight times image over the pixels where it is in front, and their number.
 
-    In front: the transmittance before the record is above ``least``. ``entries`` and ``offsets`` are what
+    ``entries`` and ``offsets`` are what
     :func:`~avs.rasterizer.blending.blend` returned for the records.
     """
     height, width = image.shape

@@ -11,6 +11,10 @@ background; the loss is the mean absolute difference from an image of noise. Thr
   functions. So this is a renderer in the style of gsplat, not a property of gsplat.
 * ``naive``: every pixel against every Gaussian, in blocks of pixels; W1 only, as W2 would take minutes.
 
+Below them stand the other passes over the blended Gaussians, which have no counterpart: the diagonal Fisher
+information, a step with rendered variances (forward and backward), the variance that a view removes, and the weights of
+the Gaussians in front.
+
 Times are of the process's CPU, so that a busy machine blurs them less; compare columns of one run only.
 """
 
@@ -31,17 +35,20 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 import numpy as np  # noqa: E402
 import torch  # noqa: E402
 
+from avs.rasterizer import blended_view, compositing, projection  # noqa: E402
+from avs.rasterizer.constants import ALPHA_MAX, ALPHA_MIN, TRANSMITTANCE_MIN  # noqa: E402
+from avs.rasterizer.fisher_diagonal import fisher_diagonal  # noqa: E402
+from avs.rasterizer.front_weights import weights_in_front  # noqa: E402
 from avs.rasterizer.rasterization import rasterization  # noqa: E402
-from avs.representations.gaussians import compositing, projection  # noqa: E402
+from avs.rasterizer.variance_rasterization import rasterization_with_variance, variance_reduction  # noqa: E402
 
 # Gaussians, width, height, seed.
 WORKLOADS = {"W1": (5000, 160, 120, 1), "W2": (20000, 320, 240, 2), "W3": (100000, 640, 480, 3)}
-ALPHA_MIN, ALPHA_MAX, TRANSMITTANCE_MIN = 1 / 255, 0.999, 1e-4
 STAGES = {
     "project": (projection, "_project_kernel"),
-    "sort": (compositing, "depth_order"),
-    "pack": (compositing, "pack_records"),
-    "tiles+blend": (compositing, "blend"),
+    "sort": (blended_view, "depth_order"),
+    "pack": (blended_view, "pack_records"),
+    "tiles+blend": (blended_view, "blend"),
     "image": (compositing, "to_image"),
     "blend back": (compositing, "blend_backward"),
     "unpack": (compositing, "unpack_gradients"),
@@ -201,6 +208,40 @@ def stage_times(step, repeats):
     return medians | {"torch": float(np.median(total)) - sum(medians.values())}
 
 
+def passes(name):
+    """Return the passes over one workload's Gaussians beside rendering, with colours as harmonics of degree 0."""
+    (means, quats, scales, opacities, colors), viewmats, intrinsics, width, height, target = workload(name)
+    gaussians, harmonics = (means, quats, scales, opacities), colors[:, None] - 0.5
+    variances, black = opacities.clone(), torch.zeros(1, 3)
+    camera = (viewmats[0], intrinsics[0])
+
+    def variance_step():
+        leaves = [tensor.clone().requires_grad_() for tensor in (*gaussians, harmonics, variances)]
+        image, variance, _ = rasterization_with_variance(
+            *leaves, viewmats, intrinsics, width, height, 0, False, black, False
+        )
+        ((image[0] - target).abs().mean() + variance.mean()).backward()
+
+    return {
+        "Fisher": lambda: fisher_diagonal(*gaussians, harmonics, *camera, width, height, 0),
+        "variance step": variance_step,
+        "variance reduction": lambda: variance_reduction(
+            *gaussians, variances, *camera, width, height, False, 1e-4, True, False
+        ),
+        "front weights": lambda: weights_in_front(*gaussians, *camera, target[:, :, 0].numpy(), 0.5),
+    }
+
+
+def measure_passes(name, repeats):
+    """Print one workload's other passes."""
+    works = passes(name)
+    for work in works.values():
+        work()  # compiles
+    rounds = [{label: timed(work) for label, work in works.items()} for _ in range(repeats)]
+    for label in works:
+        print(f"{name}  {label:18} {quartiles([times[label] for times in rounds]):>28} ms", flush=True)
+
+
 def measure(name, repeats):
     """Print one workload's rows."""
     tensors, viewmats, intrinsics, width, height, target = workload(name)
@@ -257,6 +298,7 @@ def main() -> None:
     print(f"forward + backward, one thread, CPU time; load average {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
     for name in arguments.workloads:
         measure(name, arguments.repeats)
+        measure_passes(name, 5 * arguments.repeats)
 
 
 if __name__ == "__main__":

@@ -86,7 +86,7 @@ def measure(cameras, representation, side, count, repeats):
     candidates, captured = scaled[np.arange(count)], scaled[np.arange(count, count + REFERENCES)]
     photographs = representation.render(captured).rgb
     renderings = representation.render(candidates).rgb
-    names = tuple(f"{row}.png" for row in range(len(candidates)))
+    names = tuple(f"{row}.png" for row in range(max(count, REFERENCES)))
     pixels = tuple((255 * photographs.clip(0, 1)).astype(np.uint8))
     views = Views(captured, pixels, names[: len(captured)])
     method = registry.find("fisherrf").method

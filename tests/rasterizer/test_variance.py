@@ -1,5 +1,7 @@
 """Rendered variance, its gradients and its expected reduction, against the slow twin in float64."""
 
+from typing import NamedTuple
+
 import gsplat
 import numpy as np
 import pytest
@@ -7,17 +9,25 @@ import torch
 from test_rasterization import CAMERAS, HEIGHT, WIDTH, cameras, gaussians, leaves
 from tolerances import RASTER_GRADIENT, RASTER_IMAGE, VARIANCE_REDUCTION
 
+from avs.rasterizer import variance_gsplat
 from avs.rasterizer.compositing import composite
 from avs.rasterizer.rasterization import rasterization
-from avs.representations.gaussians import variance_gsplat
-from avs.representations.gaussians.variance import PLAIN, rasterization_with_variance, variance_reductions
-from avs.representations.learned_variance import VarianceReduction
-from avs.scene.cameras import Cameras
+from avs.rasterizer.variance_rasterization import PLAIN, rasterization_with_variance, variance_reduction
 from tests.rasterizer import reference_renderer as reference
 
 NAMES = ("means", "quats", "scales", "opacities", "colors", "variances")
 DEGREE = 1
-RULES = [VarianceReduction(1e-4, weighted, saturated) for weighted in (True, False) for saturated in (False, True)]
+
+
+class Rule(NamedTuple):
+    """The last three arguments of ``variance_reduction``."""
+
+    constant: float
+    weighted: bool
+    saturated: bool
+
+
+RULES = [Rule(1e-4, weighted, saturated) for weighted in (True, False) for saturated in (False, True)]
 
 
 def scene(count=120, opaque=False, size=1.5):
@@ -168,26 +178,27 @@ def twin_reductions(tensors, viewmat, intrinsics, attenuated, monkeypatch):
 def reduction_inputs(opaque):
     viewmats, intrinsics = cameras(1, 1)
     tensors = scene(200, opaque=opaque, size=4.0 if opaque else 1.5)
-    parameters = {
-        "means": tensors[0].float(),
-        "quats": tensors[1].float(),
-        "scales": tensors[2].log().float(),
-        "opacities": torch.logit(tensors[3].clamp(max=0.999)).float(),
-    }
     tensors[3] = tensors[3].clamp(max=0.999)
-    cams = Cameras(viewmats.numpy(), intrinsics.numpy(), np.array([[WIDTH, HEIGHT]]))
-    return tensors, parameters, viewmats, intrinsics, cams
+    return tensors, viewmats[0], intrinsics[0]
+
+
+def reduction(tensors, viewmat, intrinsics, attenuated, rule, compute=variance_reduction):
+    means, quats, scales, opacities, _, variances = (x.float() for x in tensors)
+    return compute(
+        means, quats, scales, opacities, variances, viewmat.float(), intrinsics.float(), WIDTH, HEIGHT, attenuated,
+        *rule,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("attenuated", [False, True])
 def test_reduction(attenuated, monkeypatch):
-    tensors, parameters, viewmats, intrinsics, cams = reduction_inputs(opaque=True)
-    reductions, stopped = twin_reductions(tensors, viewmats[0], intrinsics[0], attenuated, monkeypatch)
+    inputs = reduction_inputs(opaque=True)
+    reductions, stopped = twin_reductions(*inputs, attenuated, monkeypatch)
     assert 0.1 < stopped.double().mean() < 0.9, "the test needs pixels of both kinds"
     for rule, expected in zip(RULES, reductions, strict=True):
-        found = variance_reductions(parameters, tensors[5].float(), cams, attenuated, rule)
-        assert found.shape == (1,)
-        assert found[0] == pytest.approx(expected, rel=VARIANCE_REDUCTION), rule
+        found = reduction(*inputs, attenuated, rule)
+        assert isinstance(found, float)
+        assert found == pytest.approx(expected, rel=VARIANCE_REDUCTION), rule
 
 
 def test_pixels_that_a_gaussian_does_not_touch():
@@ -208,20 +219,19 @@ def test_pixels_that_a_gaussian_does_not_touch():
 
 
 def test_reduction_where_there_is_no_variance():
-    _, parameters, _, _, cams = reduction_inputs(opaque=False)
-    few = {name: values[:9] for name, values in parameters.items()}
-    found = variance_reductions(few, torch.ones(9), cams, False, VarianceReduction(0.0, True, False))
+    tensors, *camera = reduction_inputs(opaque=False)
+    few = [*(x[:9] for x in tensors[:5]), torch.ones(9)]
+    found = reduction(few, *camera, False, Rule(0.0, True, False))
     assert np.isfinite(found).all()
     assert found > 0
 
 
 def test_reduction_of_an_empty_view_is_the_constant():
-    _, parameters, _, intrinsics, _ = reduction_inputs(opaque=False)
-    away = np.diag([1.0, -1.0, -1.0, 1.0])
+    tensors, _, intrinsics = reduction_inputs(opaque=False)
+    away = torch.diag(torch.tensor([1.0, -1.0, -1.0, 1.0]))
     away[2, 3] = -20.0
-    cams = Cameras(away[None], intrinsics.numpy(), np.array([[WIDTH, HEIGHT]]))
-    found = variance_reductions(parameters, torch.ones(200), cams, False, VarianceReduction(1e-4, True, False))
-    assert found[0] == pytest.approx(1e-4 * WIDTH * HEIGHT)
+    found = reduction([*tensors[:5], torch.ones(200)], away, intrinsics, False, Rule(1e-4, True, False))
+    assert found == pytest.approx(1e-4 * WIDTH * HEIGHT)
 
 
 # --- the way through gsplat, with stand-ins for its two functions that need a GPU ---
@@ -280,12 +290,8 @@ def test_the_way_through_gsplat_gives_the_same(attenuated, without_gpu):
 
 @pytest.mark.parametrize("attenuated", [False, True])
 def test_the_reduction_through_gsplat_gives_the_same(attenuated, without_gpu):
-    tensors, parameters, viewmats, intrinsics, cams = reduction_inputs(opaque=True)
-    gaussians = dict(zip(("means", "quats", "scales", "opacities"), (x.float() for x in tensors), strict=False))
-    gaussians["variances"] = tensors[5].float()
+    inputs = reduction_inputs(opaque=True)
     for rule in RULES:
-        expected = variance_reductions(parameters, gaussians["variances"], cams, attenuated, rule)[0]
-        found = variance_gsplat.variance_reduction(
-            gaussians, viewmats.float(), intrinsics.float(), WIDTH, HEIGHT, attenuated, rule
-        )
+        expected = reduction(*inputs, attenuated, rule)
+        found = reduction(*inputs, attenuated, rule, compute=variance_gsplat.variance_reduction)
         assert found == pytest.approx(expected, rel=VARIANCE_REDUCTION), rule

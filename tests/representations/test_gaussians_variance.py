@@ -11,12 +11,13 @@ from test_gaussians_densification import COUNT, Bench
 from tolerances import LOSS_VALUE
 
 from avs.rasterizer.losses import prepare_target, structural_similarity
+from avs.rasterizer.variance_rasterization import rasterization_with_variance, variance_reduction
 from avs.representations.gaussians.gaussian_settings import GaussianSettings, InitialPoints
 from avs.representations.gaussians.objective import LikelihoodObjective
 from avs.representations.gaussians.optimization import create_optimizers
 from avs.representations.gaussians.parameters import PrimitiveParameter, extend_parameters
 from avs.representations.gaussians.ply import write_ply
-from avs.representations.gaussians.variance import rasterization_with_variance
+from avs.representations.gaussians.variance import variance_reductions
 from avs.representations.learned_variance import HasLearnedVariance, VarianceLearning, VarianceReduction
 from avs.system.errors import UserError
 
@@ -172,3 +173,22 @@ def test_variances_are_learned_from_the_start_and_once(views):  # noqa: F811
         late.learn_variance(LEARNING)
     with pytest.raises(ValueError, match="there is none"):
         late.variance_reduction(CAMERAS, RULE)
+
+
+def test_reductions_are_those_of_activated_parameters_camera_by_camera():
+    representation = extended()
+    variances = torch.exp(torch.randn(representation.primitives, generator=torch.Generator().manual_seed(0)))
+    cameras = CAMERAS[np.arange(2)]
+    cameras = replace(cameras, sizes=cameras.sizes + np.array([[0, 0], [3, 5]]))
+    found = variance_reductions(representation.parameters, variances, cameras, True, RULE)
+    assert found.shape == (2,)
+    means, quats, scales, opacities = (
+        representation.parameters[name].detach() for name in ("means", "quats", "scales", "opacities")
+    )
+    for c, (width, height) in enumerate(cameras.sizes):
+        viewmat, intrinsics = (torch.tensor(x[c]).float() for x in (cameras.world_to_camera, cameras.intrinsics))
+        expected = variance_reduction(
+            means, quats, scales.exp(), opacities.sigmoid(), variances, viewmat, intrinsics, width, height, True,
+            RULE.constant, RULE.weighted, RULE.saturated,
+        )  # fmt: skip
+        assert found[c] == expected > 0

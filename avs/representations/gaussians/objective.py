@@ -10,8 +10,8 @@ from torch import Tensor
 from avs.rasterizer.likelihood import negative_log_likelihood
 from avs.rasterizer.losses import Target, photometric_loss
 from avs.rasterizer.rasterization import rasterization
+from avs.rasterizer.variance_rasterization import rasterization_with_variance
 from avs.representations.gaussians.parameters import Parameters, PrimitiveParameter
-from avs.representations.gaussians.variance import rasterization_with_variance
 from avs.representations.learned_variance import VarianceLearning
 
 LOG_VARIANCES = "log_variances"

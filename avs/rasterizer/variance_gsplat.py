@@ -15,10 +15,7 @@ import gsplat
 import torch
 from torch import Tensor
 
-from avs.representations.learned_variance import VarianceReduction
-
-ALPHA_MAX = 0.999
-"""gsplat 1.5.3 holds opacities below 1 by this; so does ``blending.py``."""
+from avs.rasterizer.constants import ALPHA_MAX
 
 NEVER_STOPS = 1e30
 """A transmittance to begin with that no Gaussian brings down to where a pixel stops."""
@@ -55,7 +52,7 @@ def rasterization_with_variance(
     backgrounds: Tensor,
     attenuated: bool,
 ) -> tuple[Tensor, Tensor, dict[str, Any]]:
-    """Do what ``variance.rasterization_with_variance`` does, on CUDA tensors."""
+    """Do what ``variance_rasterization.rasterization_with_variance`` does, on CUDA tensors."""
     images, _, meta = gsplat.rasterization(
         means, quats, scales, opacities, colors, viewmats, Ks, width, height,
         sh_degree=sh_degree, packed=False, absgrad=absgrad, backgrounds=backgrounds,
@@ -72,40 +69,35 @@ def rasterization_with_variance(
 
 @torch.no_grad()
 def variance_reduction(
-    gaussians: dict[str, Tensor],
-    viewmats: Tensor,
+    means: Tensor,
+    quats: Tensor,
+    scales: Tensor,
+    opacities: Tensor,
+    variances: Tensor,
+    viewmat: Tensor,
     intrinsics: Tensor,
     width: int,
     height: int,
     attenuated: bool,
-    rule: VarianceReduction,
+    constant: float,
+    weighted: bool,
+    saturated: bool,
 ) -> float:
-    """Return the variance that one camera's view removes, as ``variance.variance_reductions`` does on the CPU.
-
-    Args:
-        gaussians: ``means``, ``quats``, ``scales``, ``opacities`` and ``variances``, after activation.
-        viewmats: world-to-camera matrix ``[1, 4, 4]``.
-        intrinsics: in pixels ``[1, 3, 3]``.
-        width: image width in pixels.
-        height: image height in pixels.
-        attenuated: see there.
-        rule: see there.
-    """
-    means, quats, scales, opacities = (gaussians[name] for name in ("means", "quats", "scales", "opacities"))
+    """Do what ``variance_rasterization.variance_reduction`` does, on CUDA tensors."""
     _, _, meta = gsplat.rasterization(
-        means, quats, scales, opacities, means.new_zeros(len(means), 1), viewmats, intrinsics, width, height,
+        means, quats, scales, opacities, means.new_zeros(len(means), 1), viewmat[None], intrinsics[None], width, height,
         packed=False, render_mode="D",
     )  # fmt: skip
     pairs = blended_pairs(meta)
-    beta = gaussians["variances"][pairs.gaussians]
+    beta = variances[pairs.gaussians]
     alphas, light = blending(meta, pairs)
     spread = beta * (alphas * light * (1 - alphas if attenuated else 1)) ** 2
-    prior = (rule.constant + _sum_by_pixel(spread, pairs, meta)).flatten()
+    prior = (constant + _sum_by_pixel(spread, pairs, meta)).flatten()
     part = spread / (prior[pairs.pixels] + spread)
-    if rule.saturated:
+    if saturated:
         part = torch.where(stopped_pixels(meta, pairs)[pairs.pixels], 1.0, part)
-    reduction = (spread if rule.weighted else beta) * part
-    return float(reduction.sum(dtype=torch.float64)) + rule.weighted * rule.constant * width * height
+    reduction = (spread if weighted else beta) * part
+    return float(reduction.sum(dtype=torch.float64)) + weighted * constant * width * height
 
 
 def blended_pairs(meta: dict[str, Any], transmittance: float = 1.0) -> Pairs:
