@@ -6,6 +6,8 @@ command reads or writes. ``python -m avs COMMAND --help`` lists the arguments.
 
 from __future__ import annotations
 
+import gc
+
 import typer
 
 from avs.commands import common, data, metric_parameters, nvs, report, runtime, scorer, weights
@@ -25,4 +27,7 @@ def main() -> None:
     """Run the command line."""
     die_with_parent()
     prepare_environment()
+    # Libraries make hundreds of thousands of objects that stay; looking for garbage among them so much less often saves
+    # a tenth of a job's start.
+    gc.set_threshold(50_000)
     app()
