@@ -83,7 +83,7 @@ EMBEDDED_HIDDEN = 0.06
 
 # metrics/ranking.py: float64, sums of some hundred products of ranks.
 RANKING = 1e-12
-# avs/representations/gaussians/variance.py: a sum of positive terms over the pixels, each a quotient of float32 weights
+# avs/rasterizer/variance_rasterization.py: a sum of positive terms over the pixels, each a quotient of float32 weights
 # that carry the exponents' rounding; a pixel whose end a rounding decides otherwise counts one Gaussian more or less.
 VARIANCE_REDUCTION = 1e-4
 # avs/rasterizer/likelihood.py: float64 inside, one rounding to float32.

@@ -119,8 +119,5 @@ def attenuate(exponent: Number, touched: Number, light: Number) -> tuple[Number,
     onward = light * (1.0 - alpha)
     blended = touched & (onward > TRANSMITTANCE_MIN)
     stops = touched & (onward <= TRANSMITTANCE_MIN)
-    left = where(blended, onward, light)
-    stopped = any_of(stops)
-    if stopped:
-        left = where(blended, onward, where(stops, -light, light))
-    return unclamped, alpha, onward, blended, left, stopped
+    left = where(blended, onward, where(touched, -light, light))
+    return unclamped, alpha, onward, blended, left, any_of(stops)
