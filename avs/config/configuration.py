@@ -136,7 +136,7 @@ def load(values: dict[str, Any], programs: Collection[str] = ()) -> Config:
 
     Raises:
         UserError: a key is unknown (the line names the nearest one), a value does not fit, a method is unknown or lacks
-            the scorer it needs, or the representation lacks what the protocol needs.
+            the scorer it needs, a program's name is no identifier, or the representation lacks what the protocol needs.
     """
     try:
         config = Config.model_validate(values)
@@ -144,6 +144,7 @@ def load(values: dict[str, Any], programs: Collection[str] = ()) -> Config:
         raise _readable(error) from None
     _check_reference(config)
     for identifier in programs:
+        registry.check_identifier(identifier, "workflows/baselines")
         if identifier in registry.methods():
             fault = f"is a method of {registry.find(identifier).module} and a program as well"
             raise UserError(f"method {identifier}", fault, f"rename workflows/baselines/{identifier}.smk")

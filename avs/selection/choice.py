@@ -32,6 +32,7 @@ def select_views(method: Method, selector: Selector, state: State, k: int) -> Se
         k: how many to choose, 1 <= k <= n.
 
     Raises:
+        TypeError: the indices of a joint choice are no array.
         ValueError: the method breaks the contract: scores that are not n finite numbers, or a joint choice that is not
             ``k`` different candidates, includes one that was not scored, or begins with another one than the best by
             the declared direction.
@@ -39,6 +40,8 @@ def select_views(method: Method, selector: Selector, state: State, k: int) -> Se
     """
     if isinstance(selector, JointSelector):
         selection = selector.select(state, k)
+        if not isinstance(selection.indices, np.ndarray):
+            raise TypeError(f"{method.label} returned indices of type {type(selection.indices).__name__}, not an array")
         _check(selection, len(state.candidates), k, method)
         return selection
     scores = np.asarray(selector.score(state), dtype=np.float64)

@@ -7,13 +7,15 @@ import functools
 import importlib
 import importlib.metadata
 import pkgutil
+import re
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_args
 
 from pydantic import ValidationError
 
 from avs.representations import kinds
-from avs.selection.contract import Method, Settings
+from avs.representations.capabilities import CAPABILITIES
+from avs.selection.contract import Direction, Method, Settings
 from avs.system.errors import UserError
 from avs.system.models import first_fault
 from avs.system.reasons import Reason
@@ -37,7 +39,8 @@ def methods() -> dict[str, Registered]:
     A plug-in is an entry point of the group ``avs.selectors`` that names a module with a ``METHODS`` dictionary.
 
     Raises:
-        UserError: two modules define the same identifier.
+        UserError: two modules define the same identifier, an identifier cannot name a folder of results, or the
+            metadata of a method name a direction or a capability that does not exist.
     """
     package = importlib.import_module(PACKAGE)
     own = sorted(f"{PACKAGE}.{module.name}" for module in pkgutil.iter_modules(package.__path__))
@@ -48,8 +51,39 @@ def methods() -> dict[str, Registered]:
             if identifier in found:
                 fault = f"defined by {found[identifier].module} and by {module}"
                 raise UserError(identifier, fault, "rename one of the two methods")
+            check_identifier(identifier, module)
+            _check_metadata(identifier, method, module)
             found[identifier] = Registered(method, module)
     return found
+
+
+def check_identifier(identifier: str, source: str) -> None:
+    """Refuse an identifier that the workflow could not match with a folder of results, and would pass over in silence.
+
+    Args:
+        identifier: of the method.
+        source: the module or file that defines it.
+
+    Raises:
+        UserError: it holds other characters than lower-case letters, digits and hyphens.
+    """
+    if not re.fullmatch("[a-z0-9-]+", identifier):
+        raise UserError(
+            f"method {identifier!r} of {source}",
+            "an identifier has only lower-case letters, digits and hyphens",
+            "rename the method",
+        )
+
+
+def _check_metadata(identifier: str, method: Method, module: str) -> None:
+    """Refuse a direction or a capability that does not exist."""
+    named = f"method {identifier!r} of {module}"
+    if method.chooses not in get_args(Direction):
+        raise UserError(named, f"chooses {method.chooses!r}", f"choose {' or '.join(get_args(Direction))}")
+    for name in method.needs:
+        if name not in CAPABILITIES:
+            near = difflib.get_close_matches(name, CAPABILITIES, n=1) or sorted(CAPABILITIES)
+            raise UserError(named, f"needs {name!r}, which is no capability", f"did you mean {', '.join(near)}?")
 
 
 def find(identifier: str) -> Registered:

@@ -65,6 +65,11 @@ def test_a_fault_is_one_line(change, line):
     assert "\n" not in str(caught.value)
 
 
+def test_a_program_whose_name_is_no_identifier_is_refused():
+    with pytest.raises(UserError, match=r"method 'my_program' of workflows/baselines: .*; rename the method"):
+        load(values(), ["my_program"])
+
+
 def test_the_schedules_of_the_scales_are_the_papers_scaled():
     paper = load(values("paper")).protocol
     ci = load(values("ci")).protocol

@@ -1,5 +1,8 @@
 """Random and farthest-view selection, and the registry that finds methods by name."""
 
+import importlib
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from factories import MeanColor, OnlyRenders, named_views, ring, selected, state_of
@@ -7,7 +10,7 @@ from factories import MeanColor, OnlyRenders, named_views, ring, selected, state
 from avs.scene.sampling import farthest_order, initial_views
 from avs.selection import registry
 from avs.selection.choice import choose
-from avs.selection.contract import Resources
+from avs.selection.contract import Resources, Selection
 from avs.selectors.farthest import FarthestSelector
 from avs.selectors.random import RandomSelector, RandomSettings
 from avs.system.errors import UserError
@@ -108,6 +111,30 @@ def test_methods_are_found_by_name_with_their_module():
     found = registry.methods()
     assert {"random", "farthest", "fisherrf"} <= set(found)
     assert found["farthest"].module == "avs.selectors.farthest"
+
+
+@pytest.mark.parametrize(
+    ("identifier", "fault", "line"),
+    [
+        ("my_method", {}, "lower-case letters, digits and hyphens"),
+        ("mine", {"chooses": "greatest"}, "chooses 'greatest'; choose lowest or highest"),
+        ("mine", {"needs": ("fisher",)}, "needs 'fisher', which is no capability; did you mean"),
+    ],
+)
+def test_a_method_that_no_run_could_use_is_refused_by_name(identifier, fault, line, monkeypatch):
+    module = importlib.import_module("avs.selectors.random")
+    monkeypatch.setattr(module, "METHODS", {identifier: replace(module.METHODS["random"], **fault)})
+    with pytest.raises(UserError, match=f"method '{identifier}' of avs.selectors.random: .*{line}"):
+        registry.methods.__wrapped__()
+
+
+def test_a_joint_choice_of_no_array_is_refused_by_name():
+    class Listed:
+        def select(self, state, k):
+            return Selection(list(range(k)), np.zeros(len(state.candidates)))
+
+    with pytest.raises(TypeError, match="Random returned indices of type list, not an array"):
+        selected("random", Listed(), state(3), 2)
 
 
 def test_an_unknown_method_lists_near_names():
