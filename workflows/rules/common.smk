@@ -78,6 +78,7 @@ rule kernels:
 rule settings:
     output:
         f"{RESULTS}/settings/{{job}}.json",
+    priority: 3  # no other job starts without one
     params:
         text=settings_text,
     message:

@@ -37,6 +37,7 @@ rule scene:
         SCENE,
     log:
         f"{LOGS}/scenes/{{dataset}}/{{scene}}.log",
+    priority: 2  # as what trains scorers, which waits for them
     params:
         folder=subpath(output[0], parent=True),
     message:
