@@ -104,10 +104,8 @@ class Config(StrictModel):
 
     @model_validator(mode="after")
     def _scorers_have_data_of_their_own(self) -> Self:
-        if self.distortions is None:
-            if self.scorers:
-                raise ValueError("scorers need the section distortions, the data to train them on")
-            return self
+        if self.distortions is None and self.scorers:
+            raise ValueError("scorers need the section distortions, the data to train them on")
         return self
 
     @model_validator(mode="after")
