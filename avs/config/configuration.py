@@ -213,11 +213,12 @@ def _readable(error: ValidationError, *parents: str) -> UserError:
     place, fault = first_fault(error, *parents)
     if first["loc"][:1] == ("datasets",):  # behind the name of a data set, pydantic puts that of its reader
         place = ".".join(str(key) for depth, key in enumerate(first["loc"]) if depth != 2)
+    subject = f"configuration: {place}" if place else "configuration"
     if first["type"] == "union_tag_invalid":
-        return UserError(f"configuration: {place}", *_unknown(first["ctx"]["tag"], "source", readers()))
+        return UserError(subject, *_unknown(first["ctx"]["tag"], "source", readers()))
     if first["type"] != "extra_forbidden":
-        return UserError(f"configuration: {place}", fault, "correct the value")
-    return UserError(f"configuration: {place}", *_unknown(str(first["loc"][-1]), "key", _all_keys(Config)))
+        return UserError(subject, fault, "correct the value")
+    return UserError(subject, *_unknown(str(first["loc"][-1]), "key", _all_keys(Config)))
 
 
 def _unknown(word: str, kind: str, known: Collection[str]) -> tuple[str, str]:

@@ -7,6 +7,8 @@ from pathlib import Path
 
 _MARK = "error: "
 _TRACEBACK = "Traceback (most recent call last):"
+# What pydantic puts below a fault.
+_ADVICE = "For further information visit "
 
 
 def fault_of(log: Path) -> str | None:
@@ -19,7 +21,7 @@ def fault_of(log: Path) -> str | None:
         lines = [line.strip() for line in log.read_text(encoding="utf-8", errors="replace").splitlines()]
     except OSError:
         return None
-    last = next((line for line in reversed(lines) if line), "")
+    last = next((line for line in reversed(lines) if line and not line.startswith(_ADVICE)), "")
     if last.startswith(_MARK):
         return last.removeprefix(_MARK)
     return last if _TRACEBACK in lines else None

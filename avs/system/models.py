@@ -16,7 +16,7 @@ def first_fault(error: ValidationError, *parents: str) -> tuple[str, str]:
 
     Args:
         error: what pydantic raised.
-        parents: keys above the validated value. Without any, a fault of the whole value lies at ``file``.
+        parents: keys above the validated value. Without any, the place of a fault of the whole value is empty.
     """
     first = error.errors()[0]
-    return ".".join(map(str, (*parents, *first["loc"]))) or "file", first["msg"]
+    return ".".join(map(str, (*parents, *first["loc"]))), first["msg"]

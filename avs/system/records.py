@@ -26,7 +26,7 @@ def read_record(path: Path, kind: type[RecordType], remedy: str = "delete it and
     except OSError as error:
         raise UserError(path, error.strerror or "cannot be read", "run the job that makes it again") from error
     except ValidationError as error:
-        raise UserError(path, ": ".join(first_fault(error)), remedy) from error
+        raise UserError(path, ": ".join(filter(None, first_fault(error))), remedy) from error
 
 
 def write_record(path: Path, record: BaseModel) -> None:

@@ -194,11 +194,19 @@ def test_hidden_photographs_are_shown_to_oracles_alone():
     assert oracles == {"oracle-ssim", "oracle-psnr", "oracle-gain"}
 
 
-def test_metadata_are_read_without_heavy_libraries():
+@cache
+def heavy_libraries(code):
+    """Return which of the libraries that take long to import come with what ``code`` imports."""
     heavy = ("torch", "open3d", "pyiqa", "pycolmap", "numba", "timm")
-    code = (
-        "import sys; from avs.selection import registry; registry.methods();"
-        f"print([name for name in {heavy} if name in sys.modules])"
-    )
+    code = f"{code}; import sys; print(*(name for name in {heavy} if name in sys.modules))"
     result = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
-    assert result.stdout.strip() == "[]"
+    return result.stdout.split()
+
+
+@every_method
+def test_metadata_are_read_without_heavy_libraries(identifier):
+    assert heavy_libraries(f"import {registry.find(identifier).module}") == []
+
+
+def test_all_metadata_are_found_without_heavy_libraries():
+    assert heavy_libraries("from avs.selection import registry; registry.methods()") == []

@@ -12,6 +12,7 @@ TRACEBACK = 'Traceback (most recent call last):\n  File "a.py", line 1, in <modu
     [
         ("step 1 of 2\nerror: a.png: damaged; copy it again\n\n", "a.png: damaged; copy it again"),
         (f"step 1 of 2\n{TRACEBACK}", "ValueError: no such thing"),
+        (f"{TRACEBACK}    For further information visit https://pydantic.dev\n", "ValueError: no such thing"),
         ("error: a.png: damaged; copy it again\nend: PSNR 20\n", None),
         ("", None),
     ],

@@ -83,5 +83,5 @@ def _settings(path: Path, metadata: dict[str, str]) -> AnyNetwork:
     except (KeyError, TypeError, ValueError) as error:
         # pydantic's ValidationError is a ValueError too, of several lines
         damaged = "its header is missing or damaged"
-        detail = ": ".join(first_fault(error)) if isinstance(error, ValidationError) else damaged
+        detail = ": ".join(filter(None, first_fault(error))) if isinstance(error, ValidationError) else damaged
         raise UserError(path, f"not a scorer of this program ({detail})", _REMEDY) from error
