@@ -190,6 +190,12 @@ def test_a_damaged_capture_ends_its_own_jobs_only(tmp_path):
     assert "Incomplete" not in result.stdout
     assert not (results / "tables_incomplete").exists()
 
+    # Damaged again, the run fails, and names the tables that are not its own.
+    image.write_bytes(image.read_bytes()[:60])
+    result = run(folder, "-j2", "tables")
+    assert result.returncode == 1
+    assert "In results/tiny/tables, of an earlier run: nvs_captures.md, ranking_captures.md\n" in result.stdout
+
 
 @pytest.mark.parametrize(
     ("option", "line"),
