@@ -13,7 +13,6 @@ from avs.nvs.record import CurvePoint, Episode, EpisodeMeta, Step, StepTimes, St
 from avs.nvs.recorded_truth import is_measured, measure_truth
 from avs.nvs.schedule import capped_budget, initial_captures
 from avs.representations.base import Representation
-from avs.scene.cameras import IndexArray
 from avs.scene.scene import Scene
 from avs.selection.contract import HasNotes, Method, Selection, Selector, State
 from avs.selection.session import Builder, Session, timed_selection
@@ -141,7 +140,6 @@ class _Loop:
     def select(self, step: int, fit_seconds: float) -> None:
         """Let the method choose, and capture its choice."""
         plan, session = self.plan, self.session
-        candidates = session.candidates
         k = min(plan.protocol.views_per_step, self.budget - len(session.captured))
         state = self.state(step)
         timed = timed_selection(plan.method, plan.selector, state, k, plan.device)
@@ -149,7 +147,6 @@ class _Loop:
         start = provenance.clock(plan.device)
         measured = self.measure_truth(state)
         truth_seconds = provenance.clock(plan.device) - start
-        chosen = candidates[timed.selection.indices]
         self.steps.append(
             Step(
                 step=step,
@@ -157,7 +154,7 @@ class _Loop:
                 primitives=session.representation.primitives,
                 candidates=list(state.names),
                 scores=_recorded_scores(timed.selection),
-                chosen=self.names(chosen),
+                chosen=[state.names[row] for row in timed.selection.indices],
                 truth=measured,
             )
         )
@@ -171,7 +168,7 @@ class _Loop:
                 peak_memory_bytes=peak_memory,
             )
         )
-        session.capture(chosen)
+        session.capture(session.candidates[timed.selection.indices])
         self.report(step, timed.total_seconds)
 
     def state(self, step: int) -> State:
@@ -194,10 +191,6 @@ class _Loop:
         steps = -(-(self.budget - protocol.initial_views) // protocol.views_per_step)
         chosen = ", ".join(self.steps[-1].chosen)
         self.plan.progress(f"step {step + 1} of {steps}, view {chosen}, PSNR {self.psnr:.2f} dB, {seconds:.2f} s")
-
-    def names(self, indices: IndexArray) -> list[str]:
-        """Return the image names at ``indices``."""
-        return [self.plan.scene.names[index] for index in indices]
 
     def record(self) -> Episode:
         """Return the deterministic record of the finished episode."""

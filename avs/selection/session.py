@@ -32,7 +32,13 @@ class Session:
     """
 
     def __init__(
-        self, scene: Scene, build: Builder, initial: IndexArray, selector: object = None, device: str = "cpu"
+        self,
+        scene: Scene,
+        build: Builder,
+        initial: IndexArray,
+        selector: object = None,
+        device: str = "cpu",
+        photographs: Photographs | None = None,
     ) -> None:
         """Capture the initial views and build the reconstruction.
 
@@ -42,13 +48,14 @@ class Session:
             initial: indices of the views to begin with.
             selector: the method, which prepares each reconstruction that is built if it asks for that; or None.
             device: ``cpu`` or ``cuda``, for the clock.
+            photographs: those of the scene, if they are decoded already; None reads each when it is captured.
 
         Raises:
             UserError: an image is damaged, or the reconstruction lacks what the selector adds to.
         """
         self.scene = scene
         self.captured: list[int] = initial.tolist()
-        self._photographs = Photographs(scene)
+        self._photographs = photographs or Photographs(scene)
         self.views: Views = self._photographs.views(initial)
         self._build = build
         self._selector = selector

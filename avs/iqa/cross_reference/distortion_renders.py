@@ -12,6 +12,7 @@ from avs.iqa.cross_reference.scorer_settings import RenderJob, RenderSettings
 from avs.representations import kinds
 from avs.representations.base import Representation
 from avs.scene.cameras import Cameras, IndexArray
+from avs.scene.photographs import Photographs
 from avs.scene.sampling import initial_views
 from avs.scene.scene import Scene, read_scene
 from avs.selection.session import Session
@@ -54,14 +55,15 @@ def collect(scene: Scene, build: SeededBuilder, settings: RenderSettings, seed: 
     if count <= settings.views[-1]:
         fault = f"has {count} images, of which {settings.views[-1]} are captured at the last moment"
         raise UserError(f"scene {scene.name}", fault, "add images, or lower renders.views")
-    photographs = scene.views(np.arange(count))
+    decoded = Photographs(scene)
+    photographs = decoded.views(np.arange(count))
     moments: list[Moment] = []
     renderings: list[Image] = []
     maps: list[CodedMap] = []
     images: list[int] = []
     moment_of: list[int] = []
     for run in range(settings.runs):
-        for moment, representation, shown in _moments(scene, build, settings, seed, run):
+        for moment, representation, shown in _moments(decoded, scene, build, settings, seed, run):
             rendered = _rendered(representation, photographs.cameras[shown])
             similarity = [ssim_map(image, photographs.images[i]) for image, i in zip(rendered, shown, strict=True)]
             renderings += rendered
@@ -84,13 +86,14 @@ def collect(scene: Scene, build: SeededBuilder, settings: RenderSettings, seed: 
 
 
 def _moments(
-    scene: Scene, build: SeededBuilder, settings: RenderSettings, seed: int, run: int
+    photographs: Photographs, scene: Scene, build: SeededBuilder, settings: RenderSettings, seed: int, run: int
 ) -> Iterator[tuple[Moment, Representation, IndexArray]]:
     """Yield the states of one reconstruction, and which images are to be rendered then, ascending."""
     rng = np.random.default_rng([seed, run])
     order = _capture_order(scene, rng)
     run_seed = int(rng.integers(2**63))
-    session = Session(scene, lambda captured: build(captured, run_seed), order[: settings.views[0]])
+    first = order[: settings.views[0]]
+    session = Session(scene, lambda captured: build(captured, run_seed), first, photographs=photographs)
     for views, iteration in zip(settings.views, settings.iterations, strict=True):
         session.capture(order[len(session.captured) : views])
         session.fit_until(iteration)
