@@ -100,7 +100,7 @@ def _runtime(config: Config, method: str) -> TimingSettings:
         **dict(_runtime_state(config, "")),
         method=method,
         selector=config.selectors.get(method, {}),
-        views_per_step=protocol_of(config, method).views_per_step,
+        views_per_step=protocol_of(config, method).views_together,
     )
 
 

@@ -67,7 +67,8 @@ def run(plan: Plan) -> tuple[Episode, EpisodeMeta, Representation]:
 
     The initial views are chosen by farthest-view sampling. At each iteration of ``protocol.additions`` the test metrics
     are measured and the method's views are captured, until the budget is reached; then the optimisation goes on to its
-    end.
+    end. Views that were chosen together wait for their turn: how many are captured at an iteration does not depend on
+    how many are chosen at once.
 
     Raises:
         UserError: the pool is too small, an image is damaged, or the method asks for a capability that is not there.
@@ -100,6 +101,8 @@ class _Loop:
     steps: list[Step] = field(default_factory=list)
     times: list[StepTimes] = field(default_factory=list)
     curve: list[CurvePoint] = field(default_factory=list)
+    waiting: list[int] = field(default_factory=list)
+    fit_seconds: float = 0.0
 
     def __post_init__(self) -> None:
         plan = self.plan
@@ -112,12 +115,14 @@ class _Loop:
     def run(self) -> None:
         """Alternate between fitting and selecting, then fit to the end."""
         protocol = self.plan.protocol
-        for step, iteration in enumerate(protocol.additions):
+        for iteration in protocol.additions:
             if len(self.session.captured) >= self.budget:
                 break
-            fit_seconds = self.session.fit_until(iteration)
+            self.fit_seconds += self.session.fit_until(iteration)
             self.measure()
-            self.select(step, fit_seconds)
+            if not self.waiting:
+                self.select()
+            self.capture()
             if protocol.refit == "reinit":
                 self.session.restart()
         self.session.fit_until(protocol.iterations)
@@ -137,10 +142,10 @@ class _Loop:
             )
         )
 
-    def select(self, step: int, fit_seconds: float) -> None:
-        """Let the method choose, and capture its choice."""
-        plan, session = self.plan, self.session
-        k = min(plan.protocol.views_per_step, self.budget - len(session.captured))
+    def select(self) -> None:
+        """Let the method choose; its choice waits to be captured."""
+        plan, session, step = self.plan, self.session, len(self.steps)
+        k = min(plan.protocol.views_together, self.budget - len(session.captured))
         state = self.state(step)
         timed = timed_selection(plan.method, plan.selector, state, k, plan.device)
         peak_memory = provenance.peak_memory(plan.device)
@@ -155,6 +160,7 @@ class _Loop:
                 candidates=list(state.names),
                 scores=_recorded_scores(timed.selection),
                 chosen=[state.names[row] for row in timed.selection.indices],
+                captured=[],
                 truth=measured,
             )
         )
@@ -163,13 +169,21 @@ class _Loop:
                 render_seconds=timed.render_seconds,
                 score_seconds=timed.score_seconds,
                 total_seconds=timed.total_seconds,
-                fit_seconds=fit_seconds,
+                fit_seconds=self.fit_seconds,
                 truth_seconds=truth_seconds,
                 peak_memory_bytes=peak_memory,
             )
         )
-        session.capture(session.candidates[timed.selection.indices])
-        self.report(step, timed.total_seconds)
+        self.fit_seconds = 0.0
+        self.waiting = session.candidates[timed.selection.indices].tolist()
+        self.report(timed.total_seconds)
+
+    def capture(self) -> None:
+        """Capture the views whose turn it is."""
+        count = self.plan.protocol.views_per_step
+        now, self.waiting = self.waiting[:count], self.waiting[count:]
+        self.session.capture(np.array(now, dtype=np.int64))
+        self.steps[-1].captured.extend([self.session.iteration] * len(now))
 
     def state(self, step: int) -> State:
         """Return what the method may look at."""
@@ -185,12 +199,12 @@ class _Loop:
         rng = np.random.default_rng(seed_of("truth", scene.name, seed, state.step))
         return measure_truth(replace(state, truth=self.session.truth()), settings, rng)
 
-    def report(self, step: int, seconds: float) -> None:
+    def report(self, seconds: float) -> None:
         """Tell one line about the selection just made."""
         protocol = self.plan.protocol
-        steps = -(-(self.budget - protocol.initial_views) // protocol.views_per_step)
-        chosen = ", ".join(self.steps[-1].chosen)
-        self.plan.progress(f"step {step + 1} of {steps}, view {chosen}, PSNR {self.psnr:.2f} dB, {seconds:.2f} s")
+        steps = -(-(self.budget - protocol.initial_views) // protocol.views_together)
+        step, chosen = len(self.steps), ", ".join(self.steps[-1].chosen)
+        self.plan.progress(f"step {step} of {steps}, view {chosen}, PSNR {self.psnr:.2f} dB, {seconds:.2f} s")
 
     def record(self) -> Episode:
         """Return the deterministic record of the finished episode."""

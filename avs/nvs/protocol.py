@@ -57,10 +57,15 @@ class ProtocolSettings(StrictModel):
         le=1,
         description="largest part of the pool that the budget takes; with all of it, methods end with the same views",
     )
-    views_per_step: PositiveInt = Field(default=1, description="views added at each selection")
+    views_per_step: PositiveInt = Field(default=1, description="views captured at each of the additions")
+    views_per_choice: PositiveInt = Field(
+        default=1,
+        description="views chosen together, where more than views_per_step: they are captured at this and the "
+        "following additions, in the order of the choice, and the next choice comes when all of them are",
+    )
     additions: tuple[PositiveInt, ...] = Field(
         default=(400, 900, 1500, 2200, 3000, 3900, 4900, 6000, 7200, 8500, 9900, 11400, 13000, 14700, 16500, 18400),
-        description="iterations at which views are added, ascending",
+        description="iterations at which views are captured, ascending",
     )
     iterations: PositiveInt = Field(default=30000, description="optimisation steps in all")
     refit: Literal["continue", "reinit"] = Field(
@@ -78,9 +83,17 @@ class ProtocolSettings(StrictModel):
             raise ValueError("additions must ascend")
         if self.additions and self.additions[-1] >= self.iterations:
             raise ValueError("additions must lie before the last iteration")
+        if self.views_together % self.views_per_step:
+            fault = f"views_per_choice {self.views_per_choice} is no multiple of views_per_step {self.views_per_step}"
+            raise ValueError(f"{fault}: a choice would be captured at a part of an addition")
         if self.initial_views + len(self.additions) * self.views_per_step < self.budget:
             raise ValueError(f"{len(self.additions)} additions cannot fill a budget of {self.budget} views")
         return self
+
+    @property
+    def views_together(self) -> int:
+        """Number of views that are chosen together."""
+        return max(self.views_per_choice, self.views_per_step)
 
 
 def protocol_of_method(common: ProtocolSettings, batches: Batches | None, own: Mapping[str, Any]) -> ProtocolSettings:
@@ -95,6 +108,8 @@ def protocol_of_method(common: ProtocolSettings, batches: Batches | None, own: M
         ValidationError: a key is unknown, or a value does not fit.
     """
     values = common.model_dump() | dict(own)
-    if batches is not None and isinstance(values["iterations"], int):
-        values |= {"views_per_step": batches.views_per_step, "additions": batches.scaled(values["iterations"])}
+    if batches is not None and batches.additions is None:
+        values |= {"views_per_choice": batches.views}
+    elif batches is not None and isinstance(values["iterations"], int):
+        values |= {"views_per_step": batches.views, "additions": batches.scaled(values["iterations"])}
     return ProtocolSettings.model_validate(values | dict(own))

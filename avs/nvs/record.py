@@ -57,14 +57,18 @@ class Step(StrictModel):
     scores: list[float | None] | None = Field(
         description="one score per candidate, null for those that a method of samples left out; null in a replay"
     )
-    chosen: list[str] = Field(description="image names, in order of preference")
+    chosen: list[str] = Field(description="image names, in order of preference, which is that of capture")
+    captured: list[int] = Field(
+        description="optimisation steps done when each of them was captured: those of the selection for the first, "
+        "later ones for views that were chosen together with it and waited (see protocol.views_per_choice)"
+    )
     truth: StepTruth | None = Field(default=None, description="null where it was not measured (see protocol.truth)")
 
 
 class Episode(StrictModel):
     """``episode.json``: one run of one method on one scene with one seed."""
 
-    schema_version: Literal[1] = 1
+    schema_version: Literal[2] = 2
     scene: str
     dataset: str
     scene_hash: str = Field(description="content hash of the scene")

@@ -17,7 +17,7 @@ Cell = tuple[str, int]
 
 # Settings of the loop that may differ between the rows of one table, with a note: they belong to the method, as the
 # batches of FisherRF4 do. All others, and the whole reconstruction, must agree.
-_OWN_SETTINGS = ("additions", "views_per_step", "refit")
+_OWN_SETTINGS = ("additions", "views_per_step", "views_per_choice", "refit")
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from avs.report.collect import Episodes
 from avs.selection import registry
-from avs.selection.contract import ORACLE
+from avs.selection.contract import UNRANKED
 
 
 @dataclass(frozen=True)
@@ -27,8 +27,8 @@ class Presented:
 
     @property
     def ranked(self) -> bool:
-        """Whether it competes: an oracle looks at photographs that no method can see."""
-        return self.group != ORACLE
+        """Whether it competes: an oracle, for one, looks at photographs that no method can see."""
+        return self.group not in UNRANKED
 
 
 def presented(identifier: str, episodes: Episodes | None = None) -> Presented:

@@ -27,6 +27,15 @@ from avs.system.models import StrictModel
 ORACLE = "Oracle"
 """Row group of the methods that look at hidden photographs: upper references, which no method is ranked against."""
 
+OWN_SCHEDULE = "Own schedule"
+"""Row group of the methods whose views come at other moments than those of all others: no rank, for that reason."""
+
+UNRANKED = {
+    OWN_SCHEDULE: "views come at other moments than in the other rows, which by itself changes the result; no rank",
+    ORACLE: "chosen by looking at photographs that a method cannot see; upper references without a rank",
+}
+"""The row groups that do not compete, each with what a table says of it."""
+
 Direction = Literal["lowest", "highest"]
 """Which scores are captured first."""
 
@@ -160,21 +169,24 @@ class Resources:
 
 @dataclass(frozen=True)
 class Batches:
-    """Several views captured at once: what a method changes in the loop by its definition.
+    """Several views chosen together: what a method changes in the loop by its definition.
 
     Attributes:
-        views_per_step: views captured at each selection.
-        additions: optimisation steps after which views are captured, ascending, out of ``iterations``. A run of another
-            length scales them.
+        views: how many are chosen together.
+        additions: optimisation steps after which a whole batch is captured at once, ascending, out of ``iterations``; a
+            run of another length scales them. None: views are captured one after another when those of all methods are,
+            and the next batch is chosen when all of them are captured.
         iterations: length of the published schedule, in optimisation steps.
     """
 
-    views_per_step: int
-    additions: tuple[int, ...]
+    views: int
+    additions: tuple[int, ...] | None = None
     iterations: int = 30_000
 
-    def scaled(self, iterations: int) -> tuple[int, ...]:
+    def scaled(self, iterations: int) -> tuple[int, ...] | None:
         """Return ``additions`` for an optimisation of ``iterations`` steps, rounded to whole steps."""
+        if self.additions is None:
+            return None
         return tuple(round(addition * iterations / self.iterations) for addition in self.additions)
 
 
@@ -184,7 +196,7 @@ class Method:
 
     Attributes:
         label: the name printed in tables.
-        group: row group in the paper's Table 1: ``Geometric``, ``3D-based`` or ``2D-based``; or ``ORACLE``.
+        group: row group in the paper's Table 1: ``Geometric``, ``3D-based`` or ``2D-based``; or one of ``UNRANKED``.
         source: the publication or code that defines the method, and every deviation from it, in one or two sentences.
         chooses: whether the candidate of the ``lowest`` or of the ``highest`` score is captured.
         build: makes the selector from its settings and resources; call it by ``selector``, which checks these first.
@@ -192,7 +204,7 @@ class Method:
         needs: what it uses of a representation beside ``render``, by the names of
             ``avs.representations.capabilities.CAPABILITIES``; a run whose representation lacks it leaves the method out
             and says so in its row.
-        batches: how many views it captures at once, and when, if that is part of its definition.
+        batches: how many views it chooses together, and when they are captured, if that is part of its definition.
         scorer: name of the trained scorer whose weights it needs, or None.
         pretrained: names of the published weights that it needs, entries of the manifest of ``avs.system.weights``; a
             run without them leaves the method out and says so in its row.

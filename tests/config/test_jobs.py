@@ -53,6 +53,10 @@ def test_every_rule_that_reads_settings_has_its_model():
 
 
 def test_a_method_is_told_its_own_loop(config):
-    own, common = settings_of(config, "episode/fisherrf4"), settings_of(config, "episode/random")
-    assert (own.protocol.views_per_step, common.protocol.views_per_step) == (4, 1)
-    assert settings_of(config, "runtime/fisherrf4").views_per_step == 4
+    joint, released, common = (
+        settings_of(config, f"episode/{method}").protocol for method in ("fisherrf4", "fisherrf4-released", "random")
+    )
+    assert joint == common.model_copy(update={"views_per_choice": 4})
+    assert (released.views_per_step, released.additions) == (4, (60, 180, 360, 600))
+    for method, views in (("fisherrf4", 4), ("fisherrf4-released", 4), ("random", 1)):
+        assert settings_of(config, f"runtime/{method}").views_per_step == views

@@ -4,13 +4,19 @@ import numpy as np
 import pytest
 from factories import MeanColor, small_scene
 
+from avs.nvs.episode_settings import EpisodeSettings
 from avs.nvs.evaluation import Evaluator
+from avs.nvs.experiment import replay_episode, run_episode
 from avs.nvs.loop import Identity, Plan, run
 from avs.nvs.protocol import ProtocolSettings, protocol_of_method
+from avs.nvs.record import Episode
 from avs.nvs.schedule import capped_budget
+from avs.representations.gaussians.gaussian_settings import GaussianSettings, InitialPoints
 from avs.scene.sampling import initial_views
-from avs.selection.contract import Batches, Method, Selection
+from avs.selection import registry
+from avs.selection.contract import OWN_SCHEDULE, Batches, Method, Selection
 from avs.system.errors import UserError
+from avs.system.records import read_record
 
 PROTOCOL = ProtocolSettings(initial_views=4, budget=7, additions=(10, 25, 45), iterations=100)
 
@@ -86,6 +92,72 @@ def test_a_batch_fills_the_budget_exactly(scene):
     episode, _, _ = run(plan(scene, Last(), protocol))
     assert [len(step.chosen) for step in episode.steps] == [2, 1]
     assert [point.views for point in episode.curve] == [4, 6, 7]
+
+
+def test_views_chosen_together_wait_and_are_captured_when_those_of_other_methods_are(scene):
+    common = ProtocolSettings(initial_views=4, budget=9, additions=(10, 20, 30, 40, 50), iterations=100)
+    joint, selector = common.model_copy(update={"views_per_choice": 4}), Last()
+    lines = []
+    episode, meta, representation = run(plan(scene, selector, joint, lines=lines))
+    single, _, other = run(plan(scene, Last(), common))
+    # Five views are no multiple of four: the second choice is of one.
+    assert [len(step.chosen) for step in episode.steps] == [4, 1]
+    assert [step.iteration for step in episode.steps] == [10, 50]
+    assert [step.captured for step in episode.steps] == [[10, 20, 30, 40], [50]]
+    assert [step.captured for step in single.steps] == [[10], [20], [30], [40], [50]]
+    assert [(point.iteration, point.views) for point in episode.curve] == [
+        (point.iteration, point.views) for point in single.curve
+    ]
+    assert representation.fits == other.fits
+    assert episode.selected == [name for step in episode.steps for name in step.chosen]
+    assert [(state.step, len(state.captured)) for state in selector.states] == [(0, 4), (1, 8)]
+    assert len(meta.steps) == 2
+    assert [line.split(",")[0] for line in lines] == ["step 1 of 2", "step 2 of 2", "end"]
+
+
+def test_a_capped_budget_ends_a_joint_choice_early(tmp_path):
+    small = small_scene(tmp_path / "small", count=16)  # a pool of 14, of which half are captured
+    protocol = ProtocolSettings(initial_views=4, additions=tuple(range(1, 17)), iterations=20, views_per_choice=2)
+    episode, _, _ = run(plan(small, Last(), protocol))
+    assert [step.captured for step in episode.steps] == [[1, 2], [3]]
+    assert len(episode.initial + episode.selected) == episode.budget == 7
+
+
+def test_a_joint_choice_that_waits_survives_a_restart_of_the_reconstruction(scene):
+    protocol = PROTOCOL.model_copy(update={"views_per_choice": 3, "refit": "reinit"})
+    episode, _, representation = run(plan(scene, Last(), protocol))
+    assert [step.captured for step in episode.steps] == [[10, 25, 45]]
+    assert representation.fits == [(7, 55)]
+
+
+def test_every_method_that_is_ranked_has_equally_many_views_at_every_iteration():
+    common = ProtocolSettings()
+    for identifier, registered in registry.methods().items():
+        method = registered.method
+        own = protocol_of_method(common, method.batches, {})
+        schedule = (own.additions, own.views_per_step, own.iterations, own.budget)
+        same = schedule == (common.additions, common.views_per_step, common.iterations, common.budget)
+        assert same == (method.group != OWN_SCHEDULE), identifier
+    assert protocol_of_method(common, registry.find("fisherrf4").method.batches, {}).views_together == 4
+
+
+def test_a_replay_of_joint_choices_has_the_same_curve(scene, tmp_path):
+    points = InitialPoints(random_count=60)
+    settings = EpisodeSettings(
+        method="farthest",
+        device="cpu",
+        protocol=PROTOCOL.model_copy(update={"views_per_choice": 2}),
+        representation=GaussianSettings(iterations=100, sh_degree=0, points=points),
+        selector={},
+    )
+    run_episode(scene.folder, settings, 0, None, tmp_path / "first", lambda line: None)
+    replay_episode(scene.folder, tmp_path / "first" / "episode.json", "cpu", tmp_path / "second", lambda line: None)
+    first, second = (read_record(tmp_path / name / "episode.json", Episode) for name in ("first", "second"))
+    assert [step.captured for step in second.steps] == [[10, 25], [45]]
+    assert [(step.chosen, step.captured) for step in second.steps] == [
+        (step.chosen, step.captured) for step in first.steps
+    ]
+    assert second.curve == first.curve
 
 
 def test_refit_from_scratch_builds_a_new_representation_on_the_captured_views(scene):
@@ -180,13 +252,16 @@ def test_rendering_is_timed_without_the_method(scene):
 
 
 def test_a_method_brings_its_batches_and_the_configuration_has_the_last_word():
-    batches = Batches(views_per_step=4, additions=(1200, 3600, 7200, 12000))
+    batches = Batches(views=4, additions=(1200, 3600, 7200, 12000))
     own = protocol_of_method(ProtocolSettings(), batches, {})
     assert (own.views_per_step, own.additions) == (4, (1200, 3600, 7200, 12000))
     common = ProtocolSettings(iterations=1500, additions=tuple(range(10, 170, 10)))
     assert protocol_of_method(common, batches, {}).additions == (60, 180, 360, 600)
     assert protocol_of_method(common, batches, {"additions": (5, 6, 7, 8)}).additions == (5, 6, 7, 8)
     assert protocol_of_method(common, None, {}) == common
+    joint = protocol_of_method(common, Batches(views=4), {})
+    assert joint == common.model_copy(update={"views_per_choice": 4})
+    assert protocol_of_method(common, Batches(views=4), {"views_per_choice": 2}).views_together == 2
 
 
 def test_a_small_pool_caps_the_budget_and_says_so():
@@ -208,6 +283,7 @@ def test_a_pool_without_a_candidate_is_refused():
         ({"additions": (10, 10, 45)}, "ascend"),
         ({"additions": (10, 25, 100)}, "before the last iteration"),
         ({"budget": 20}, "cannot fill"),
+        ({"views_per_step": 2, "views_per_choice": 3}, "views_per_choice 3 is no multiple of views_per_step 2"),
     ],
 )
 def test_an_inconsistent_protocol_is_refused(change, fault):

@@ -9,7 +9,15 @@ import pytest
 FOLDER = Path(__file__).parents[2] / "results" / "published"
 COLUMNS = ["table", "dataset", "scene", "method", "metric", "value"]
 NO_REFERENCE = {"brisque", "niqe", "piqe", "nima", "musiq", "maniqa", "tres", "topiq"}
-METHODS = {"random", "farthest", "activenerf", "fisherrf", "fisherrf4", "ours-repvit", "ours-dinov2"} | NO_REFERENCE
+METHODS = {
+    "random",
+    "farthest",
+    "activenerf",
+    "fisherrf",
+    "fisherrf4-released",
+    "ours-repvit",
+    "ours-dinov2",
+} | NO_REFERENCE
 METRICS = {"psnr", "ssim", "lpips", "scr_percent", "f_score", "depth_mae_metres", "selection_seconds", "gpu_memory_gb"}
 ROWS = {
     "nvs_mipnerf360": 14 * 3,

@@ -19,7 +19,16 @@ def step(scores, ssim=None, psnr=None, gain=None, number=0):
     measured = ssim is not None or psnr is not None or gain is not None
     truth = StepTruth(psnr=psnr or ssim, ssim=ssim, gain=gain) if measured else None
     names = [f"{index}.png" for index in range(len(ssim or gain or scores))]
-    return Step(step=number, iteration=5, primitives=9, candidates=names, scores=scores, chosen=names[:1], truth=truth)
+    return Step(
+        step=number,
+        iteration=5,
+        primitives=9,
+        candidates=names,
+        scores=scores,
+        chosen=names[:1],
+        captured=[5],
+        truth=truth,
+    )
 
 
 @pytest.fixture

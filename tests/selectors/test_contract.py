@@ -24,7 +24,7 @@ SIZE = (256, 192)
 SCORED_AT = {False: 256, True: 112}  # long side in pixels, by whether the method is a trained scorer
 # The rows of the benchmark. A method may be added without a line here, but none of these may go.
 IDENTIFIERS = {
-    *("random", "farthest", "activenerf", "fisherrf", "fisherrf4", "warprf", "popgs", "gauss-mi"),
+    *("random", "farthest", "activenerf", "fisherrf", "fisherrf4", "fisherrf4-released", "warprf", "popgs", "gauss-mi"),
     *("brisque", "niqe", "piqe", "nima", "musiq", "maniqa", "tres", "topiq", "ours-repvit", "ours-dinov2"),
     *("oracle-ssim", "oracle-psnr", "oracle-gain"),
 }

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from avs.nvs.record import Episode
 from avs.report.collect import Cell, Episodes, image_mean
-from avs.selection.contract import ORACLE
+from avs.selection.contract import UNRANKED
 from metrics.statistics import paired_bootstrap
 
 CONFIDENCE = 0.95
@@ -79,7 +79,7 @@ def _panel(episodes: Episodes, budget: int) -> Panel | None:
     title = f"{episodes.dataset}: {names}, {len(seeds)} seed{'s' if len(seeds) > 1 else ''}"
     psnr = {method: {cell: _psnr_by_views(of_method[cell]) for cell in shared} for method, of_method in cells.items()}
     labels = {method: next(iter(of_method.values())).label for method, of_method in cells.items()}
-    ranked = {method: psnr[method] for method, of_method in cells.items() if of_method[shared[0]].group != ORACLE}
+    ranked = {method: psnr[method] for method, of_method in cells.items() if of_method[shared[0]].group not in UNRANKED}
     reference = list((ranked or psnr).values())
     return Panel(title, [_curve(method, labels[method], psnr[method], reference, shared) for method in cells])
 

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 # in dashes as well, for print without colour. The methods that the paper proposes are solid, thicker and in front.
 _PROPOSED_COLOURS = ("#D55E00", "#000000")
 # Upper references: grey, thin and behind, told apart by their dashes.
-_ORACLE_COLOURS = ("#888888", "#888888", "#333333")
-_ORACLE_DASHES = ((0, (1, 1)), (0, (4, 2)), (0, (2, 1)))
+_UNRANKED_COLOURS = ("#888888", "#888888", "#333333", "#333333", "#888888")
+_UNRANKED_DASHES = ((0, (1, 1)), (0, (4, 2)), (0, (2, 1)), (0, (5, 1, 1, 1)), (0, (8, 2)))
 _OTHER_COLOURS = ("#0072B2", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#777777", "#882255", "#999933")
 # Those with which one colour comes again, three places on in the circle, do not look the same.
 _DASHES = ((0, (5, 1.5)), (0, (1, 1.2)), (0, (4, 1.2, 1, 1.2)), (0, (3, 1, 1, 1, 1, 1)), (0, (8, 2)))
@@ -145,15 +145,15 @@ def method_styles(methods: Sequence[str]) -> dict[str, dict[str, Any]]:
     """Return the line style of each method, fixed by its place in ``methods``."""
     shown = [presented(method) for method in methods]
     proposed = [method.identifier for method in shown if method.proposed]
-    oracles = [method.identifier for method in shown if not method.ranked]
+    unranked = [method.identifier for method in shown if not method.ranked]
     others = [method.identifier for method in shown if method.ranked and not method.proposed]
     styles: dict[str, dict[str, Any]] = {}
     for index, method in enumerate(proposed):
         colour = _PROPOSED_COLOURS[index % len(_PROPOSED_COLOURS)]
         styles[method] = {"color": colour, "linestyle": "-", "linewidth": 2.0, "zorder": 5}
-    for index, method in enumerate(oracles):
-        place = index % len(_ORACLE_COLOURS)
-        line = {"color": _ORACLE_COLOURS[place], "linestyle": _ORACLE_DASHES[place]}
+    for index, method in enumerate(unranked):
+        place = index % len(_UNRANKED_COLOURS)
+        line = {"color": _UNRANKED_COLOURS[place], "linestyle": _UNRANKED_DASHES[place]}
         styles[method] = {**line, "linewidth": 1.0, "zorder": 2}
     for index, method in enumerate(others):
         # After one round the colours meet other dashes, because their numbers have no common divisor.

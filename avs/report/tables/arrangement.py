@@ -7,19 +7,19 @@ from dataclasses import replace
 
 from avs.report.document import Cell, Column, Group, Row
 from avs.report.methods import Presented
-from avs.selection.contract import ORACLE
+from avs.selection.contract import UNRANKED
 from metrics.definitions import Metric
 
 GROUPS = ("Geometric", "3D-based", "2D-based")
-"""Order of the groups; those that a plug-in adds follow, oracles are the last."""
+"""Order of the groups; those that a plug-in adds follow, those that do not compete are the last."""
 
 _MARKED = 3
 
 
 def in_groups(methods: Sequence[Presented]) -> list[tuple[str, list[Presented]]]:
-    """Return the methods by group: known groups in their order, others as they first occur, then oracles."""
-    others = (method.group for method in methods if method.group != ORACLE)
-    names = dict.fromkeys([*GROUPS, *others, ORACLE])
+    """Return the methods by group: known groups in their order, others as they first occur, then those unranked."""
+    others = (method.group for method in methods if method.ranked)
+    names = dict.fromkeys([*GROUPS, *others, *UNRANKED])
     groups = [(name, [method for method in methods if method.group == name]) for name in names]
     return [(name, members) for name, members in groups if members]
 

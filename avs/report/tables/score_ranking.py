@@ -13,7 +13,7 @@ from avs.report.methods import Presented, presented
 from avs.report.tables.arrangement import arranged
 from avs.report.tables.episode_gaps import fewer_seeds, incomplete
 from avs.report.tables.score_ranking_numbers import COLUMNS, Ranking, summarise_ranking
-from avs.report.tables.table_notes import missing_notes, oracle_note, scenes_and_seeds, whole_row
+from avs.report.tables.table_notes import missing_notes, scenes_and_seeds, unranked_notes, whole_row
 from avs.system.reasons import Reason
 
 FIELDS = ("method", "group", "target", "statistic", "mean", "spread", "over", "scenes", "seeds", "steps", "note")
@@ -69,7 +69,7 @@ def score_ranking(episodes: Episodes, methods: Sequence[str], absent: Mapping[st
         caption=(*incomplete(episodes), *_caption(episodes, numbers)),
         columns=columns,
         groups=arranged(columns, rows, {method: _cells(row) for method, row in numbers.items()}),
-        notes=(*dict.fromkeys(notes), *oracle_note(rows), *own_settings(episodes)),
+        notes=(*dict.fromkeys(notes), *unranked_notes(rows), *own_settings(episodes)),
         listing=_listing(episodes, rows, numbers),
     )
 

@@ -15,7 +15,7 @@ from avs.report.published import read_published
 from avs.report.tables.arrangement import arranged
 from avs.report.tables.episode_gaps import missing_episodes
 from avs.report.tables.selection_times_numbers import COLUMNS, Times, read_runtimes, summarise_runtime
-from avs.report.tables.table_notes import count, oracle_note, whole_row
+from avs.report.tables.table_notes import count, unranked_notes, whole_row
 from avs.system.errors import UserError
 from avs.system.reasons import Reason
 from metrics.definitions import Metric
@@ -187,4 +187,4 @@ def _notes(
             "Gaussians on another machine, so that no difference to it is printed"
         )
     lines += [note for episode in episodes.all for note in episode.notes]
-    return [*dict.fromkeys(lines), *oracle_note(rows)]
+    return [*dict.fromkeys(lines), *unranked_notes(rows)]

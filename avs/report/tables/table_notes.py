@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from avs.report.collect import Episodes
 from avs.report.methods import Presented
 from avs.report.tables.episode_gaps import fewer_seeds, left_out
-from avs.selection.contract import ORACLE
+from avs.selection.contract import UNRANKED
 from avs.system.reasons import Reason
 from metrics.definitions import Metric
 
@@ -58,11 +58,10 @@ def missing_notes(
     return [*left_out(episodes), *lines]
 
 
-def oracle_note(methods: Sequence[Presented]) -> list[str]:
-    """Return a line that tells what an oracle is, if the table has one."""
-    if all(method.ranked for method in methods):
-        return []
-    return [f"{ORACLE}: chosen by looking at photographs that a method cannot see; upper references without a rank"]
+def unranked_notes(methods: Sequence[Presented]) -> list[str]:
+    """Return a line for each group of the table that does not compete: why."""
+    groups = {method.group for method in methods}
+    return [f"{group}: {why}" for group, why in UNRANKED.items() if group in groups]
 
 
 def count(number: int, noun: str) -> str:

@@ -13,7 +13,7 @@ from avs.report.methods import Presented, presented
 from avs.report.published import published_note, read_published
 from avs.report.tables.arrangement import arranged, in_groups
 from avs.report.tables.episode_gaps import fewer_seeds, incomplete
-from avs.report.tables.table_notes import count, missing_notes, oracle_note, scenes_and_seeds, span, whole_row
+from avs.report.tables.table_notes import count, missing_notes, scenes_and_seeds, span, unranked_notes, whole_row
 from avs.report.tables.view_synthesis_numbers import COLUMNS, CONFIDENCE, Entry, scene_value, summarise_episodes
 from avs.system.reasons import Reason
 from metrics.definitions import Metric
@@ -102,7 +102,7 @@ def view_synthesis(
         *_lpips_note(episodes),
         *([] if paper is None else [published_note(paper.dataset, episodes.dataset)]),
         *_interval_note(episodes, compared_with, rows),
-        *oracle_note(rows),
+        *unranked_notes(rows),
         *own_settings(episodes),
         *(note for episode in episodes.all for note in episode.notes),
     ]
