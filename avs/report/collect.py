@@ -123,21 +123,21 @@ def image_mean(point: CurvePoint, metric: str) -> float | None:
     return None if any(value is None for value in values) else float(np.mean(values))
 
 
-def own_settings(episodes: Episodes) -> list[str]:
-    """Return a line for each setting of the loop that a method has for itself, unlike most of the methods."""
-    notes = []
+def differing_settings(episodes: Episodes) -> dict[str, list[tuple[str, str, str]]]:
+    """Return by method the settings of the loop that it has for itself: the name, its value, and that of most methods.
+
+    Methods without any are left out.
+    """
+    found: dict[str, list[tuple[str, str, str]]] = {}
     for key in _OWN_SETTINGS:
         values = {
             method: next(iter(cells.values())).protocol.get(key) for method, cells in episodes.cells.items() if cells
         }
         usual = max(values.values(), key=lambda value: sum(value == other for other in values.values()))
-        labels = {method: next(iter(cells.values())).label for method, cells in episodes.cells.items() if cells}
-        notes += [
-            f"{labels[method]}: {key} {_plain(value)} instead of {_plain(usual)}"
-            for method, value in values.items()
-            if value != usual
-        ]
-    return notes
+        for method, value in values.items():
+            if value != usual:
+                found.setdefault(method, []).append((key, _plain(value), _plain(usual)))
+    return {method: found[method] for method in episodes.cells if method in found}
 
 
 def _plain(value: object) -> str:

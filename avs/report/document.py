@@ -14,11 +14,13 @@ class Column:
 
     Attributes:
         metric: its name, direction, decimals and unit.
-        published: whether the paper's value and the difference to it stand beside each cell.
+        published: heading of the paper's values, which then stand beside each cell, or None.
+        difference: whether the difference to the paper's value stands there, too.
     """
 
     metric: Metric
-    published: bool = False
+    published: str | None = None
+    difference: bool = False
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,7 @@ class Difference:
 
     Attributes:
         value: the mean of the paired differences.
-        interval: lower and upper end of its confidence interval, or None if there is one pair only.
+        interval: lower and upper end of its confidence interval, or None if there is none.
     """
 
     value: float

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from avs.system.errors import UserError
 
@@ -23,6 +25,15 @@ PRINTED_NAMES = {
     "aria_dtc": "ARIA-DTC",
 }
 """Data sets of the paper by identifier."""
+
+SCENES = {
+    "mipnerf360": frozenset(
+        ("bicycle", "bonsai", "counter", "flowers", "garden", "kitchen", "room", "stump", "treehill")
+    )
+}
+"""The scenes that the paper's means are over, where it names them."""
+
+_PROTOCOL = {"initial_views": 4, "budget": 20, "iterations": 30_000}  # what the paper says of its loop
 
 _COLUMNS = ["table", "dataset", "scene", "method", "metric", "value"]
 
@@ -73,17 +84,42 @@ def read_published(path: Path, scene: str = "mean") -> Published:
     return Published(rows[0]["dataset"], values)
 
 
-def published_note(source: str, dataset: str) -> str:
-    """Return the note that tells which values of the paper stand beside those of a data set.
+def why_no_difference(
+    source: str, dataset: str, scenes: Collection[str], protocol: Mapping[str, Any], budgets: Collection[int]
+) -> str | None:
+    """Return why the paper's means stand beside a table for orientation alone, or None if they can be subtracted.
 
     Args:
         source: the data set of the paper, by identifier.
         dataset: name of the data set that was run.
+        scenes: names of its scenes.
+        protocol: its settings of the loop.
+        budgets: numbers of views at the end.
     """
-    printed = PRINTED_NAMES.get(source, source)
     if STAND_INS.get(dataset) == source:
-        return (
-            f"published: the paper's values on {printed}; {dataset} stands in for its kind of capture with other "
-            "scenes and a shorter schedule, so that the difference is no measure of a reproduction"
-        )
-    return f"published: the paper's values on {printed}"
+        return f"{dataset} has other scenes, with the same kind of camera path"
+    if dataset != source:
+        return f"{dataset} is another data set"
+    if source not in SCENES:
+        return "the paper does not name the scenes of its mean"
+    if set(scenes) != SCENES[source]:
+        return f"its mean is over {', '.join(sorted(SCENES[source]))}"
+    differing = [key for key, value in _PROTOCOL.items() if protocol.get(key) != value]
+    if differing:
+        return ", ".join(f"{key} {protocol.get(key)} in place of {_PROTOCOL[key]}" for key in differing)
+    if set(budgets) != {_PROTOCOL["budget"]}:
+        return "the pool of a scene is too small for its budget"
+    return None
+
+
+def published_note(source: str, why_not: str | None) -> str:
+    """Return the note that tells whose values stand in the columns of published values.
+
+    Args:
+        source: the data set of the paper, by identifier.
+        why_not: what ``why_no_difference`` returns.
+    """
+    told = f"published: the paper's means on {PRINTED_NAMES.get(source, source)}, one run without a spread"
+    if why_not is None:
+        return f"{told}; differences to them are of unrounded means"
+    return f"{told}, for orientation alone: {why_not}, so that no difference is printed"

@@ -11,6 +11,6 @@ class ReportSettings(StrictModel):
     """How results are tabulated."""
 
     reference: str | None = Field(
-        default="ours-repvit",
+        default="farthest",
         description="method that the tables compare all others with, or null; the default counts where it runs",
     )

@@ -105,7 +105,7 @@ def test_reading_the_configuration_imports_no_heavy_library():
 
 
 def test_the_reference_of_the_tables_is_a_method_or_none():
-    assert load(values("ci")).report.reference == "ours-repvit"
+    assert load(values("ci")).report.reference == "farthest"
     assert load(values("ci") | {"report": {"reference": "fisherrf"}}).report.reference == "fisherrf"
     assert load(values("ci") | {"report": {"reference": None}}).report.reference is None
     with pytest.raises(UserError, match=r"report\.reference: warp is not among the methods; name one of them") as error:

@@ -35,7 +35,7 @@ def test_curve_is_the_mean_over_scenes_and_seeds(episode, drawn):
         np.testing.assert_allclose([curve.difference, curve.low, curve.high], expected)
 
 
-def test_band_spans_the_scenes(episode, drawn):
+def test_band_is_the_interval_over_three_scenes(episode, drawn):
     episodes = [
         episode(method, scene, psnr=(20.0 + gain,))
         for method, gains in (("random", [0, 0, 0]), ("ours-repvit", [0, 2, 4]))
@@ -43,13 +43,32 @@ def test_band_spans_the_scenes(episode, drawn):
     ]
     (panel,) = drawn(episodes)
     ours = panel.curves[1]
-    np.testing.assert_allclose([ours.low[-1], ours.difference[-1], ours.high[-1]], [0.0, 1.0, 2.0])
+    assert panel.over == "scenes"
+    # Differences 0, 1 and 2: standard error 1 / sqrt(3), and 4.303 is the quantile of two degrees of freedom.
+    half = 4.3026527 / 3**0.5
+    np.testing.assert_allclose([ours.low[-1], ours.difference[-1], ours.high[-1]], [1 - half, 1, 1 + half])
+
+
+def test_band_of_two_scenes_is_over_their_seeds(episode, drawn):
+    episodes = [
+        episode(method, scene, seed, psnr=(20.0 + gain * (seed + far),))
+        for method, gain in (("random", 0), ("ours-repvit", 2))
+        for scene, far in (("attic", 0), ("cellar", 10))
+        for seed in (0, 1)
+    ]
+    (panel,) = drawn(episodes)
+    ours = panel.curves[1]
+    assert panel.over == "seeds"
+    # Within each scene 0 and 1 apart from its mean: variances 1/2 each, so two degrees of freedom; error 1/2 / sqrt(2).
+    half = 4.3026527 * 0.5 / 2**0.5
+    np.testing.assert_allclose([ours.low[-1], ours.difference[-1], ours.high[-1]], [5.5 - half, 5.5, 5.5 + half])
 
 
 def test_one_scene_and_seed_has_no_band(episode, drawn):
     (panel,) = drawn([episode("random"), episode("farthest")])
     assert panel.title == "orbit: attic, 1 seed"
     assert panel.curves[0].low is None
+    assert panel.over is None
 
 
 def test_oracles_are_no_part_of_the_mean(episode, written):

@@ -59,32 +59,34 @@ def test_values_by_hand(episode, table):
             ("cellar", 0, ONE, TWO),  # 0.7
             ("attic", 1, ONE, ONE),  # 0.8
             ("cellar", 1, ORDERED, ORDERED),  # 1.0
+            ("attic", 2, ORDERED, ONE),  # 0.9
+            ("cellar", 2, ONE, ONE),  # 0.8
         ]
     ]
     rows, markdown, latex = table(episodes)
     row = rows["fisherrf", "ssim", "spearman"]
-    # Seeds have 0.8 and 0.9; the standard deviation of two numbers is their distance over the root of two.
-    assert (row["mean"], row["spread"], row["over"]) == ("0.8500", "0.0707", "seeds")
-    assert (row["scenes"], row["seeds"], row["steps"], row["group"]) == ("2", "2", "8", "3D-based")
-    assert rows["fisherrf", "ssim", "kendall"]["mean"] == "0.7500"  # 5/6, 1/2, 2/3, 1
-    assert "| 3D-based | FisherRF | **0.85 ± 0.07** | **0.75 ± 0.12** |" in markdown
+    # Seeds have 0.8, 0.9 and 0.85.
+    assert (row["mean"], row["spread"], row["over"]) == ("0.8500", "0.0500", "seeds")
+    assert (row["scenes"], row["seeds"], row["steps"], row["group"]) == ("2", "3", "12", "3D-based")
+    assert rows["fisherrf", "ssim", "kendall"]["mean"] == "0.7500"  # 5/6, 1/2; 2/3, 1; 5/6, 2/3
+    assert "| 3D-based | FisherRF | **0.85 ± 0.05** | **0.75 ± 0.08** |" in markdown
     assert "standard deviation over seeds" in markdown
     assert r"\label{tab:ranking-orbit}" in latex
-    assert r"& FisherRF & \cellcolor[HTML]{F4CCCC}0.85 $\pm$ 0.07 &" in latex
+    assert r"& FisherRF & \cellcolor[HTML]{F4CCCC}0.85 $\pm$ 0.05 &" in latex
 
 
-def test_with_one_seed_the_spread_is_over_scenes(episode, table):
+def test_with_few_seeds_the_spread_is_over_scenes_and_of_two_there_is_none(episode, table):
     episodes = [
         episode("random", scene, chooses="lowest", steps=[step(scores, ORDERED)])
-        for scene, scores in (("attic", ORDERED), ("cellar", TWO))
+        for scene, scores in (("attic", ORDERED), ("cellar", TWO), ("hall", ONE))
     ]
     rows, markdown, _ = table(episodes)
     row = rows["random", "ssim", "spearman"]
-    assert (row["mean"], row["spread"], row["over"]) == ("0.8000", "0.2828", "scenes")
+    assert (row["mean"], row["spread"], row["over"]) == ("0.8000", "0.2000", "scenes")
     assert "standard deviation over scenes" in markdown
-    rows, markdown, _ = table(episodes[:1])
+    rows, markdown, _ = table(episodes[:2])
     row = rows["random", "ssim", "spearman"]
-    assert (row["mean"], row["spread"], row["over"]) == ("1.0000", "", "")
+    assert (row["mean"], row["spread"], row["over"]) == ("0.8000", "", "")
     assert "±" not in markdown
 
 

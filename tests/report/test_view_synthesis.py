@@ -58,28 +58,73 @@ def test_values_by_hand(episode, table):
     row = rows["random", "psnr"]
     # Scene means 21 and 31 with the first seed, 1 dB more with each other: 26, 27 and 28.
     assert (row["mean"], row["spread"], row["scenes"], row["seeds"]) == ("27.0000", "1.0000", "2", "3")
-    assert (row["published"], row["difference"]) == ("17.91", "9.0900")
-    # Differences -1, -1 and -1.5 in both scenes: six draws, each -1.5 with probability 1/3. At least four of them are
-    # with probability 0.100, at least five with 0.018: the 2.5 % quantile has four, -1 - 0.5 * 4/6.
-    assert row["note"] == "vs ours-repvit -1.17 [-1.33, -1.00]"
-    assert rows["ours-repvit", "psnr"]["note"] == ""
+    # Published values of other scenes stand there without a difference.
+    assert (row["published"], row["difference"], row["note"]) == ("17.91", "", "")
     assert rows["random", "lpips"]["published"] == ""
-    assert "| 2D-based | Random | 27.00 ± 1.00 (2) | 17.91 | +9.09 |" in markdown
-    assert "| Random | −1.17 [−1.33, −1.00] |" in markdown  # noqa: RUF001
-    assert r"Random & \cellcolor[HTML]{FCE5CD}27.00 $\pm$ 1.00 & 17.91 & $+9.09$ &" in latex
+    assert "| 2D-based | Random | 27.00 ± 1.00 (2) | 17.91 |" in markdown
+    assert r"Random & \cellcolor[HTML]{FCE5CD}27.00 $\pm$ 1.00 & 17.91 &" in latex
+    # Differences -1, -1 and -1.5 in both scenes: variance 1/12 in each, 1/36 of its mean, so an error of
+    # sqrt(2 / 36) / 2 with four degrees of freedom: 2.776 * 0.1179.
+    assert "| Random | −1.17 [−1.49, −0.84] |" in markdown  # noqa: RUF001
+    assert "over seeds (other seeds on these 2 scenes; not other scenes):" in markdown
     assert (
         "2 scenes (attic, cellar), 3 seeds (0, 1, 2), 2 test images a scene, 6 views, 4 of them initial, 100 it"
         in latex
     )
 
 
-def test_the_reference_is_the_method_that_is_named_or_none(episode, table):
+def differences(tmp_path):
+    with open(tmp_path / "tables" / "nvs_orbit_differences.csv", newline="") as stream:
+        return [list(row.values()) for row in csv.DictReader(stream) if row["metric"] == "psnr"]
+
+
+def test_every_interval_that_exists_is_listed_with_what_it_is_over(episode, table, tmp_path):
+    two_seeds = two_scenes(episode, "random", [0.0, 1.0]) + two_scenes(episode, "farthest", [1.0, 3.0])
+    table(two_seeds, ["random", "farthest"], reference="random")
+    # Differences 1 and 2 in both scenes.
+    assert differences(tmp_path) == [
+        ["farthest", "psnr", "random", "1.5000", "2", "2", "scenes", "1.5000", "1.5000", "1.00"],
+        ["farthest", "psnr", "random", "1.5000", "2", "2", "seeds", "-0.0212", "3.0212", "2.00"],
+    ]
+    table([each for each in two_seeds if each.seed == 0], ["random", "farthest"], reference="random")
+    assert [row[6] for row in differences(tmp_path)] == ["scenes"]
+    table([each for each in two_seeds if each.scene == "attic"], ["random", "farthest"], reference="random")
+    assert [row[6] for row in differences(tmp_path)] == ["seeds"]
+    table([episode("random"), episode("farthest")], ["random", "farthest"], reference="random")
+    assert differences(tmp_path) == [["farthest", "psnr", "random", "0.0000", "1", "1", "", "", "", ""]]
+
+
+@pytest.mark.parametrize(
+    ("scenes", "seeds", "said"),
+    [
+        (3, 1, "95% interval over scenes (other scenes of this kind with any seeds):"),
+        (3, 3, "95% interval over scenes (other scenes of this kind with any seeds):"),
+        (2, 3, "95% interval over seeds (other seeds on these 2 scenes; not other scenes):"),
+        (1, 2, "95% interval over seeds (other seeds on this scene; not other scenes):"),
+        (2, 1, "95% interval over scenes (other scenes of this kind with any seeds, very wide with two of them):"),
+        (1, 1, "; one scene with one seed has no interval:"),
+    ],
+)
+def test_the_heading_says_what_intervals_cover(episode, table, scenes, seeds, said):
+    episodes = [
+        episode(method, f"scene_{scene}", seed, psnr=(20.0 + scene * seed * rise,))
+        for method, rise in (("random", 0.0), ("farthest", 0.1))
+        for scene in range(scenes)
+        for seed in range(seeds)
+    ]
+    _, markdown, latex = table(episodes, ["random", "farthest"], reference="random")
+    title = "Difference to Random, of unrounded means, each by itself; "
+    assert f"{title}{said.removeprefix('; ')}" in markdown
+    assert title in latex
+
+
+def test_the_reference_is_the_method_that_is_named_or_none(episode, table, tmp_path):
     episodes = [episode("random"), episode("ours-repvit", psnr=(22.0, 24.0))]
-    rows, markdown, _ = table(episodes, reference="random")
-    assert rows["ours-repvit", "psnr"]["note"] == "vs random +2.00 [one pair]"
+    _, markdown, _ = table(episodes, reference="random")
     assert "Difference to Random" in markdown
-    rows, markdown, _ = table(episodes, reference=None)
-    assert rows["ours-repvit", "psnr"]["note"] == ""
+    assert "| Ours-RepViT | +2.00 |" in markdown
+    _, markdown, _ = table(episodes, reference=None)
+    assert differences(tmp_path) == []
     assert "Difference to" not in markdown
     assert "Difference to" not in table(episodes, reference="farthest")[1]
 
@@ -118,10 +163,16 @@ def test_scenes_are_listed_by_themselves(episode, table, tmp_path):
 def test_one_seed_leaves_the_spread_empty_and_says_so(episode, table):
     rows, markdown, latex = table([episode("random"), episode("ours-repvit", psnr=(22.0, 24.0))], METHODS)
     assert rows["random", "psnr"]["spread"] == ""
-    assert rows["random", "psnr"]["note"] == "vs ours-repvit -2.00 [one pair]"
     assert "±" not in markdown
-    assert "one seed" in markdown
-    assert "one seed" in latex
+    for printed in (markdown, latex):
+        assert "no spread over seeds is printed of fewer than 3 seeds; here there is 1" in printed
+
+
+def test_two_seeds_have_no_spread(episode, table):
+    rows, markdown, _ = table(two_scenes(episode, "random", [0.0, 1.0]), ["random"])
+    assert (rows["random", "psnr"]["spread"], rows["random", "psnr"]["seeds"]) == ("", "2")
+    assert "±" not in markdown
+    assert "here there are 2" in markdown
 
 
 def test_best_three_are_marked_by_direction_and_ties_share_a_rank(episode, table):
@@ -207,8 +258,8 @@ def test_missing_scene_is_never_averaged_over(episode, table):
     one_seed_short = [each for each in episodes if (each.method, each.scene, each.seed) != ("random", "cellar", 1)]
     rows, markdown, _ = table(one_seed_short, ["random", "ours-repvit"])
     assert (rows["random", "psnr"]["mean"], rows["random", "psnr"]["seeds"]) == ("26.0000", "1")
-    assert rows["random", "psnr"]["note"].startswith("one seed, no spread; vs ours-repvit 0.00")
-    assert rows["random", "psnr"]["note"].endswith("; mean of seed 0 only, no episode of cellar with seed 1")
+    assert rows["random", "psnr"]["note"] == "mean of seed 0 only, no episode of cellar with seed 1"
+    assert "- Random: compared with Ours-RepViT on the seeds that both have, 0\n" in markdown
     assert "- Random: mean of seed 0 only, no episode of cellar with seed 1\n" in markdown
 
 
@@ -223,12 +274,75 @@ def test_notes_of_episodes_are_repeated_once(episode, table):
 def test_settings_of_one_method_are_told(episode, table):
     own = episode("random").protocol | {"views_per_step": 4}
     _, markdown, _ = table([episode("random"), episode("farthest"), episode("piqe", protocol=own)], METHODS[:3])
-    assert "- PIQE: views_per_step 4 instead of 1\n" in markdown
+    said = "has settings of the loop for itself, which are part of its row: views_per_step 4 instead of 1\n"
+    assert f"- PIQE {said}" in markdown
 
 
-def test_published_values_of_a_stand_in_are_named_as_such(episode, table):
-    _, markdown, _ = table([episode("random")], ["random"], PUBLISHED)
-    assert "Mip-NeRF360; orbit stands in" in markdown
+def test_a_note_of_several_scenes_is_told_once_with_their_names(episode, table):
+    notes = {"attic": ["attic: 2 images are undistorted"], "cellar": ["cellar: 2 images are undistorted", "cold"]}
+    episodes = [episode("random", scene, notes=notes.get(scene, [])) for scene in ("attic", "cellar", "hall")]
+    _, markdown, _ = table(episodes, ["random"])
+    assert "- attic, cellar: 2 images are undistorted\n- cold\n" in markdown
+    _, markdown, _ = table(episodes[:2], ["random"])
+    assert "- every scene: 2 images are undistorted\n" in markdown
+
+
+def test_views_that_do_not_depend_on_the_seed_are_told(episode, table):
+    """By the views, not by the name of the method."""
+    said = "the same views with every seed; what differs between seeds is the noise of the optimisation alone"
+    own = [episode("random", scene, seed, selected=[f"{seed}", scene]) for scene in ("a", "b") for seed in (0, 1)]
+    fixed = [episode("piqe", scene, seed, selected=["x", scene]) for scene in ("a", "b") for seed in (0, 1)]
+    _, markdown, _ = table(own + fixed)
+    assert f"- PIQE: {said}\n" in markdown
+    assert markdown.count(said) == 1
+    _, markdown, _ = table([each for each in own + fixed if each.seed == 0])
+    assert said not in markdown
+
+
+def test_methods_that_choose_the_same_views_are_told(episode, table):
+    chosen = [("random", ["u", "v"]), ("piqe", ["x", "y"]), ("fisherrf", ["x", "y"])]
+    _, markdown, _ = table([episode(method, selected=views) for method, views in chosen])
+    assert "- PIQE, FisherRF: the same views in every episode; what differs between these rows" in markdown
+    _, markdown, _ = table([episode(method, selected=[method, "y"]) for method, _ in chosen])
+    assert "the same views" not in markdown
+
+
+NINE = ["bicycle", "bonsai", "counter", "flowers", "garden", "kitchen", "room", "stump", "treehill"]
+
+
+def in_the_papers_protocol(episode, scenes=NINE, dataset="mipnerf360", **changes):
+    protocol = episode("random").protocol | {"budget": 20, "iterations": 30_000} | changes
+    return [episode("random", scene, dataset=dataset, protocol=protocol, budget=20) for scene in scenes]
+
+
+def test_the_papers_scenes_in_its_protocol_have_a_difference(episode, table):
+    rows, markdown, _ = table(in_the_papers_protocol(episode), ["random"], PUBLISHED, dataset="mipnerf360")
+    assert (rows["random", "psnr"]["published"], rows["random", "psnr"]["difference"]) == ("17.91", "3.0900")
+    assert "| PSNR ↑ (dB) | published | difference |" in markdown
+    assert "| Random | **21.00** | 17.91 | +3.09 |" in markdown
+    assert "the paper's means on Mip-NeRF360, one run without a spread; differences to them" in markdown
+
+
+@pytest.mark.parametrize(
+    ("changes", "why"),
+    [
+        ({"scenes": NINE[:3]}, "its mean is over bicycle, bonsai, counter, flowers, garden, kitchen, room, stump"),
+        ({"scenes": [*NINE, "attic"]}, "its mean is over bicycle"),
+        ({"dataset": "orbit"}, "orbit has other scenes, with the same kind of camera path"),
+        ({"dataset": "captures"}, "captures is another data set"),
+        ({"iterations": 2000}, "iterations 2000 in place of 30000"),
+    ],
+)
+def test_published_values_of_what_is_not_the_same_have_no_difference(episode, table, changes, why):
+    episodes = in_the_papers_protocol(episode, **changes)
+    rows, markdown, latex = table(episodes, ["random"], PUBLISHED, dataset=episodes[0].dataset)
+    assert (rows["random", "psnr"]["published"], rows["random", "psnr"]["difference"]) == ("17.91", "")
+    assert "| PSNR ↑ (dB) | published, Mip-NeRF360 | SSIM" in markdown
+    assert f"for orientation alone: {why}" in markdown
+    assert "diff" not in latex.replace("difference", "").replace("different", "")
+
+
+def test_published_values_stand_only_where_they_are_asked_for(episode, table):
     _, markdown, latex = table([episode("random", dataset="captures")], ["random"], dataset="captures")
     assert "published" not in markdown
     assert "paper" not in latex
@@ -242,7 +356,8 @@ def test_equal_records_give_equal_bytes_in_any_order(episode, written, tmp_path)
         write_nvs_table(written(episodes), METHODS, "orbit", None, tmp_path / name / "nvs_orbit", {}, REFERENCE)
         contents.append({path.name: path.read_bytes() for path in (tmp_path / name).iterdir()})
     assert contents[0] == contents[1]
-    assert set(contents[0]) == {"nvs_orbit.csv", "nvs_orbit.md", "nvs_orbit.tex", "nvs_orbit_per_scene.csv"}
+    endings = (".csv", ".md", ".tex", "_per_scene.csv", "_differences.csv")
+    assert set(contents[0]) == {f"nvs_orbit{ending}" for ending in endings}
 
 
 def test_latex_is_well_formed(episode, table):

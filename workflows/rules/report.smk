@@ -80,6 +80,7 @@ rule nvs_table:
             ".md",
             ".tex",
             "_per_scene.csv",
+            "_differences.csv",
         ),
     log:
         f"{LOGS}/tables/nvs_{{dataset}}.log",

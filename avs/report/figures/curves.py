@@ -9,11 +9,8 @@ import numpy.typing as npt
 
 from avs.nvs.record import Episode
 from avs.report.collect import Cell, Episodes, image_mean
+from avs.report.intervals import Over, interval, printed_over
 from avs.selection.contract import UNRANKED
-from metrics.statistics import paired_bootstrap
-
-CONFIDENCE = 0.95
-"""Probability content of the bands, as of the intervals in the tables."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +24,7 @@ class Curve:
         mean: ``[n]`` decibels, mean over seeds and scenes.
         difference: ``[n]`` decibels, mean difference to the mean of the methods in the same scene with the same seed;
             oracles are no part of that mean.
-        low: ``[n]`` lower end of the bootstrap interval of ``difference``; None with one scene and one seed.
+        low: ``[n]`` lower end of the interval of ``difference``; None with one scene and one seed.
         high: ``[n]`` its upper end, or None.
     """
 
@@ -46,10 +43,12 @@ class Panel:
 
     Attributes:
         title: data set, number of scenes and of seeds.
+        over: over what the intervals of its curves are (``avs.report.intervals``), or None if they have none.
         curves: one for each method, all over the same scenes and seeds.
     """
 
     title: str
+    over: Over | None
     curves: list[Curve]
 
 
@@ -81,7 +80,9 @@ def _panel(episodes: Episodes, budget: int) -> Panel | None:
     labels = {method: next(iter(of_method.values())).label for method, of_method in cells.items()}
     ranked = {method: psnr[method] for method, of_method in cells.items() if of_method[shared[0]].group not in UNRANKED}
     reference = list((ranked or psnr).values())
-    return Panel(title, [_curve(method, labels[method], psnr[method], reference, shared) for method in cells])
+    over = printed_over(len(scenes), min(sum(cell[0] == scene for cell in shared) for scene in scenes))
+    curves = [_curve(method, labels[method], psnr[method], reference, shared, over) for method in cells]
+    return Panel(title, over, curves)
 
 
 def _curve(
@@ -90,6 +91,7 @@ def _curve(
     own: dict[Cell, dict[int, float]],
     methods: list[dict[Cell, dict[int, float]]],
     cells: list[Cell],
+    over: Over | None,
 ) -> Curve:
     # An oracle may be measured at numbers of views at which no method is.
     views = sorted(
@@ -107,16 +109,16 @@ def _curve(
         centred = [[own[cell][number] - reference[cell] for cell in cells if cell[0] == scene] for scene in scenes]
         mean.append(np.mean([np.mean(values) for values in by_scene]))
         difference.append(np.mean([np.mean(values) for values in centred]))
-        bands.append(paired_bootstrap(centred, confidence=CONFIDENCE))
-    intervals = [band for band in bands if band is not None]
+        bands.append(None if over is None else interval(centred, over))
+    known = [band for band in bands if band is not None]
     return Curve(
         method,
         label,
         np.array(views, dtype=np.int64),
         np.array(mean),
         np.array(difference),
-        np.array([interval.low for interval in intervals]) if intervals else None,
-        np.array([interval.high for interval in intervals]) if intervals else None,
+        np.array([band.low for band in known]) if known else None,
+        np.array([band.high for band in known]) if known else None,
     )
 
 

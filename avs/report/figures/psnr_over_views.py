@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from avs.report.collect import read_episodes
-from avs.report.figures.curves import CONFIDENCE, Curve, Panel, panels
+from avs.report.figures.curves import Curve, Panel, panels
+from avs.report.intervals import CONFIDENCE
 from avs.report.methods import presented
 from avs.system.files import atomic_path
 
@@ -57,10 +58,10 @@ def write_psnr_over_views(episodes: Sequence[Path], methods: Sequence[str], out:
 
     The upper panel has the mean test PSNR over scenes and seeds against the number of captured views, measured just
     before the next view is added; the last point, with a dot, is the end of the optimisation. The lower panel has the
-    difference to the mean of the methods in the same scene with the same seed; its band is a two-level bootstrap
-    interval over scenes and seeds. Differences between scenes, which are larger than those between methods, are thus
-    not in the band. Scenes with a smaller budget have panels of their own, so that every point of a curve is a mean
-    over the same scenes. Equal records give equal bytes.
+    difference to the mean of the methods in the same scene with the same seed; its band is the interval of
+    ``avs.report.intervals``, over scenes or over seeds as the panel says. Differences between scenes, which are larger
+    than those between methods, are thus not in the band. Scenes with a smaller budget have panels of their own, so that
+    every point of a curve is a mean over the same scenes. Equal records give equal bytes.
 
     Args:
         episodes: ``episode.json`` files, of any data sets.
@@ -123,6 +124,8 @@ def _dress(upper: Axes, lower: Axes, panel: Panel, first: bool) -> None:
     upper.sharex(lower)
     upper.tick_params(labelbottom=False)
     lower.set_xlabel("captured views")
+    if panel.over is not None:
+        lower.set_title(f"band: {CONFIDENCE:.0%} interval over {panel.over}", loc="right", fontsize=6.5, pad=2)
     lower.axhline(0.0, color="#999999", linewidth=0.6, zorder=1)
     lower.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 4, 5, 10]))
     if first:
@@ -136,7 +139,7 @@ def _legend(figure: Figure, entries: Sequence[tuple[str, dict[str, Any]]]) -> No
 
     handles: list[Line2D | Patch] = [Line2D([], [], label=label, **style) for label, style in entries]
     handles.append(Line2D([], [], marker="o", color="#999999", markersize=3, linestyle="", label="end of optimisation"))
-    handles.append(Patch(color="#999999", alpha=0.3, linewidth=0, label=f"{CONFIDENCE:.0%} bootstrap interval"))
+    handles.append(Patch(color="#999999", alpha=0.3, linewidth=0, label=f"{CONFIDENCE:.0%} interval"))
     columns = max(2, int(figure.get_figwidth() / _LEGEND_COLUMN))
     figure.legend(handles=handles, loc="outside lower center", ncols=min(columns, len(handles)))
 

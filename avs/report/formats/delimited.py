@@ -6,6 +6,7 @@ import csv
 import io
 
 from avs.report.document import Document, Listing
+from avs.report.formats.plain_text import one_line
 
 
 def document_csv(document: Document) -> str:
@@ -18,5 +19,7 @@ def listing_csv(listing: Listing) -> str:
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(listing.fields)
-    writer.writerows(listing.records)
+    writer.writerows(
+        [one_line(value) if isinstance(value, str) else value for value in each] for each in listing.records
+    )
     return stream.getvalue()

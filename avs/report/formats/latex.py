@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from avs.report.document import Cell, Column, Comparison, Document, Group
 from avs.report.formats.numbers import compared, measured, signed
+from avs.report.formats.plain_text import one_line
 from metrics.definitions import Metric
 
 # The paper's shades of the best, second and third value.
@@ -24,7 +25,14 @@ _SPECIAL = {
     "^": r"\textasciicircum{}",
     "<": r"\textless{}",
     ">": r"\textgreater{}",
+    "|": r"\textbar{}",
+    "[": "{[}",  # behind the end of a row it would begin an option
+    "]": "{]}",
+    '"': "''",
+    "`": r"\`{}",
     "±": r"$\pm$",
+    "–": "--",  # noqa: RUF001
+    "−": "$-$",  # noqa: RUF001
 }
 
 
@@ -52,8 +60,8 @@ def document_latex(document: Document) -> str:
 
 
 def _escape(text: str) -> str:
-    """Return ``text`` with the characters escaped that LaTeX takes as commands."""
-    return "".join(_SPECIAL.get(character, character) for character in text)
+    """Return ``text`` on one line, with the characters escaped that LaTeX takes as commands."""
+    return "".join(_SPECIAL.get(character, character) for character in one_line(text))
 
 
 def _legend() -> str:
@@ -72,7 +80,7 @@ def _grid(document: Document) -> list[str]:
 
 
 def _width(column: Column) -> int:
-    return 3 if column.published else 1
+    return 1 + (column.published is not None) + column.difference
 
 
 def _header(columns: Sequence[Column]) -> list[str]:
@@ -81,11 +89,13 @@ def _header(columns: Sequence[Column]) -> list[str]:
     spans, rules, names, start = [], [], [], 3
     for column in columns:
         title = _title(column.metric)
-        spans.append(rf"\multicolumn{{3}}{{c}}{{{title}}}" if column.published else title)
-        names.append(" & here & paper & diff." if column.published else " & ")
-        if column.published:
-            rules.append(rf"\cmidrule(lr){{{start}-{start + 2}}}")
-        start += _width(column)
+        width = _width(column)
+        spans.append(rf"\multicolumn{{{width}}}{{c}}{{{title}}}" if width > 1 else title)
+        names.append(f" & here & {_escape(column.published)}" if column.published else " & ")
+        names.append(" & diff." if column.difference else "")
+        if width > 1:
+            rules.append(rf"\cmidrule(lr){{{start}-{start + width - 1}}}")
+        start += width
     return [f" & & {' & '.join(spans)} \\\\", " ".join(rules), f" & Method{''.join(names)} \\\\"]
 
 
@@ -113,6 +123,7 @@ def _texts(column: Column, cell: Cell) -> list[str]:
     texts = [rf"\cellcolor[HTML]{{{_COLOURS[cell.rank]}}}{value}" if cell.rank else value]
     if column.published:
         texts.append(cell.published or _DASH)
+    if column.difference:
         texts.append(_DASH if cell.difference is None else f"${signed(cell.difference, decimals)}$")
     return texts
 

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from avs.report.document import Cell, Difference
 
+EXTRA_DECIMALS = 2
+"""Digits of a csv file beyond the printed ones, so that differences and ranks can be recomputed."""
+
 
 def measured(cell: Cell, decimals: int, plus_minus: str) -> str | None:
     """Return the value, with the spread where there is one, or None if the value is missing."""
@@ -20,9 +23,9 @@ def signed(value: float, decimals: int) -> str:
 
 
 def compared(difference: Difference, decimals: int) -> str:
-    """Return ``-0.31 [-0.80, +0.12]``: a difference with its interval."""
+    """Return ``-0.31 [-0.80, +0.12]``: a difference with its interval, where it has one."""
     if difference.interval is None:
-        return f"{signed(difference.value, decimals)} [one pair]"
+        return signed(difference.value, decimals)
     low, high = (signed(end, decimals) for end in difference.interval)
     return f"{signed(difference.value, decimals)} [{low}, {high}]"
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from avs.report.collect import Episodes, own_settings, read_dataset
+from avs.report.collect import Episodes, read_dataset
 from avs.report.document import Cell, Column, Document, Listing
 from avs.report.formats.numbers import plain
 from avs.report.formats.writing import write_document
 from avs.report.methods import Presented, presented
 from avs.report.tables.arrangement import arranged
 from avs.report.tables.episode_gaps import fewer_seeds, incomplete
+from avs.report.tables.episode_notes import own_schedules, repeated_notes
 from avs.report.tables.score_ranking_numbers import COLUMNS, Ranking, summarise_ranking
 from avs.report.tables.table_notes import missing_notes, scenes_and_seeds, unranked_notes, whole_row
 from avs.system.reasons import Reason
@@ -69,7 +70,7 @@ def score_ranking(episodes: Episodes, methods: Sequence[str], absent: Mapping[st
         caption=(*incomplete(episodes), *_caption(episodes, numbers)),
         columns=columns,
         groups=arranged(columns, rows, {method: _cells(row) for method, row in numbers.items()}),
-        notes=(*dict.fromkeys(notes), *unranked_notes(rows), *own_settings(episodes)),
+        notes=(*dict.fromkeys(notes), *own_schedules(episodes), *repeated_notes(episodes), *unranked_notes(rows)),
         listing=_listing(episodes, rows, numbers),
     )
 

@@ -17,7 +17,7 @@ from avs.selection.contract import Direction
 from avs.system.reasons import Reason
 from metrics.definitions import Metric
 from metrics.ranking import Correlation, kendall, spearman
-from metrics.statistics import summarise
+from metrics.statistics import spread_of, summarise
 
 FloatArray = npt.NDArray[np.float64]
 Target = Literal["ssim", "psnr", "gain"]
@@ -65,7 +65,8 @@ class Ranking:
 
     Attributes:
         mean: mean over seeds of the mean over scenes of the mean over selections, or None with a reason in ``missing``.
-        spread: standard deviation over seeds of the mean over scenes or, with one seed, over scenes; or None.
+        spread: standard deviation over seeds of the mean over scenes or, with fewer than three seeds, over scenes of
+            the mean over seeds; None where there are not three of either.
         over: what the spread is over: ``seeds``, ``scenes``, or empty where there is no spread.
         scenes: number of scenes in the mean.
         seeds: number of seeds in the mean.
@@ -133,11 +134,12 @@ def _ranking(episodes: Episodes, method: str, column: Correlated, absent: Mappin
             return Ranking(missing=_undefined(episodes.cells[method][cell], cells[cell], column))
     means = np.array([[np.mean(found[scene, seed]) for scene in scenes] for seed in seeds])
     summary = summarise(means)
-    spread, over = summary.spread, "seeds" if len(seeds) > 1 else ""
-    if len(seeds) == 1 and len(scenes) > 1:
-        spread, over = float(means[0].std(ddof=1)), "scenes"
+    spread, over = summary.spread, "seeds"
+    if spread is None:
+        spread, over = spread_of(means.mean(axis=0)), "scenes"
     left_out = Counter(each.reason for correlations in cells.values() for each in correlations if each.reason)
     steps = sum(map(len, found.values()))
+    over = "" if spread is None else over
     return Ranking(summary.mean, spread, over, len(scenes), len(seeds), steps, dict(sorted(left_out.items())))
 
 

@@ -8,12 +8,13 @@ from pathlib import Path
 from avs.nvs.timing_record import Runtime
 from avs.report.collect import Episodes, read_episodes
 from avs.report.document import Cell, Column, Document, Listing
-from avs.report.formats.numbers import plain
+from avs.report.formats.numbers import EXTRA_DECIMALS, plain
 from avs.report.formats.writing import write_document
 from avs.report.methods import Presented, presented
 from avs.report.published import read_published
 from avs.report.tables.arrangement import arranged
 from avs.report.tables.episode_gaps import missing_episodes
+from avs.report.tables.episode_notes import repeated_notes
 from avs.report.tables.selection_times_numbers import COLUMNS, Times, read_runtimes, summarise_runtime
 from avs.report.tables.table_notes import count, unranked_notes, whole_row
 from avs.system.errors import UserError
@@ -32,9 +33,6 @@ _PUBLISHED_COLUMNS = (
     Metric("gpu_memory_gb", "paper: GPU memory", None, 1, "GB", "the paper's peak memory"),
 )
 _BESIDE = {"psnr": "psnr", "selection_seconds": "selection_seconds", "peak_memory_gb": "gpu_memory_gb"}
-
-# Beyond the printed digits: 10 microseconds, 10 kilobytes.
-_EXTRA_DECIMALS = 2
 
 _Numbers = Mapping[str, Mapping[str, Times]]
 _Paper = Mapping[tuple[str, str], str]
@@ -125,7 +123,7 @@ def _listing(rows: Sequence[Presented], numbers: _Numbers, paper: _Paper) -> Lis
     for row in rows:
         for metric in COLUMNS:
             times = numbers[row.identifier][metric.identifier]
-            digits = metric.decimals + _EXTRA_DECIMALS if metric.decimals else 0
+            digits = metric.decimals + EXTRA_DECIMALS if metric.decimals else 0
             ends = (min(times.values), max(times.values)) if len(times.values) > 1 else (None, None)
             texts = (plain(number, digits) for number in (times.value, *ends))
             published = paper.get((row.identifier, _BESIDE.get(metric.identifier, "")), "")
@@ -186,5 +184,5 @@ def _notes(
             "paper: on the scene Garden of Mip-NeRF360 with an NVIDIA 4090; with other images and another number of "
             "Gaussians on another machine, so that no difference to it is printed"
         )
-    lines += [note for episode in episodes.all for note in episode.notes]
+    lines += repeated_notes(episodes)
     return [*dict.fromkeys(lines), *unranked_notes(rows)]

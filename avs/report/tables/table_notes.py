@@ -10,6 +10,7 @@ from avs.report.tables.episode_gaps import fewer_seeds, left_out
 from avs.selection.contract import UNRANKED
 from avs.system.reasons import Reason
 from metrics.definitions import Metric
+from metrics.statistics import ENOUGH_FOR_SPREAD
 
 
 def scenes_and_seeds(episodes: Episodes) -> list[str]:
@@ -56,6 +57,15 @@ def missing_notes(
             notes.setdefault(said, []).append(method.label)
     lines += [f"{', '.join(labels)}: {said}" if labels else said for said, labels in notes.items()]
     return [*left_out(episodes), *lines]
+
+
+def spread_note(episodes: Episodes, methods: Sequence[str]) -> list[str]:
+    """Say why spreads over seeds are left out, if some are."""
+    few = [len(episodes.complete_seeds(method)) for method in methods]
+    if not any(0 < seeds < ENOUGH_FOR_SPREAD for seeds in few):
+        return []
+    told = f"no spread over seeds is printed of fewer than {ENOUGH_FOR_SPREAD} seeds"
+    return [f"{told}; here there {'is' if len(episodes.seeds) == 1 else 'are'} {len(episodes.seeds)}"]
 
 
 def unranked_notes(methods: Sequence[Presented]) -> list[str]:

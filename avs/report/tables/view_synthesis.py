@@ -5,16 +5,26 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from avs.report.collect import Episodes, own_settings, read_dataset
-from avs.report.document import Cell, Column, Comparison, Document, Listing
-from avs.report.formats.numbers import compared, plain
+from avs.report.collect import Episodes, read_dataset
+from avs.report.document import Cell, Column, Document, Listing
+from avs.report.formats.numbers import EXTRA_DECIMALS, plain
 from avs.report.formats.writing import write_document
 from avs.report.methods import Presented, presented
-from avs.report.published import published_note, read_published
-from avs.report.tables.arrangement import arranged, in_groups
+from avs.report.published import PRINTED_NAMES, Published, published_note, read_published, why_no_difference
+from avs.report.tables.arrangement import arranged
 from avs.report.tables.episode_gaps import fewer_seeds, incomplete
-from avs.report.tables.table_notes import count, missing_notes, scenes_and_seeds, span, unranked_notes, whole_row
-from avs.report.tables.view_synthesis_numbers import COLUMNS, CONFIDENCE, Entry, scene_value, summarise_episodes
+from avs.report.tables.episode_notes import equal_views, notes_of_method, own_schedules, repeated_notes
+from avs.report.tables.reference_differences import comparison, fewer_compared, listed_differences
+from avs.report.tables.table_notes import (
+    count,
+    missing_notes,
+    scenes_and_seeds,
+    span,
+    spread_note,
+    unranked_notes,
+    whole_row,
+)
+from avs.report.tables.view_synthesis_numbers import COLUMNS, Entry, scene_value, summarise_episodes
 from avs.system.reasons import Reason
 from metrics.definitions import Metric
 
@@ -26,13 +36,6 @@ SCENE_FIELDS = ("method", "metric", "scene", "seed", "images", "value")
 
 _Numbers = Mapping[str, Mapping[str, Entry]]
 _Published = Mapping[tuple[str, str], str]
-
-# Beyond the printed digits, so that differences and ranks can be recomputed.
-_EXTRA_DECIMALS = 2
-
-# The range of n differences holds their median with probability 1 - 2^(1 - n), and no percentile bootstrap is wider
-# than the range: with fewer than six scenes it cannot reach 95 %.
-_ENOUGH_SCENES = 6
 
 _RANGES = {"zero_one": "images in 0..1", "minus_one": "images in -1..1"}
 
@@ -46,7 +49,7 @@ def write_nvs_table(
     absent: Mapping[str, Reason],
     reference: str | None,
 ) -> None:
-    """Write ``out`` with the suffixes ``.csv``, ``.md`` and ``.tex``, and ``_per_scene.csv``.
+    """Write ``out`` with ``.csv``, ``.md`` and ``.tex``, ``_per_scene.csv`` and ``_differences.csv``.
 
     Equal records give equal bytes, whatever the order of ``episodes``. How each number is computed is described in
     ``docs/tables.md``.
@@ -83,28 +86,31 @@ def view_synthesis(
             number.
         published: a file of ``results/published`` (``avs.report.published.published_name``), or None.
         absent: why a method could not run, by identifier.
-        reference: identifier of the method that the others are compared with by paired bootstrap, or None; one
-            without episodes counts as None.
+        reference: identifier of the method that the others are compared with, or None; one without episodes counts
+            as None.
 
     Raises:
         UserError: the published values cannot be read.
     """
     paper = None if published is None else read_published(published)
+    beside = {} if paper is None else paper.values
+    why_not = None if paper is None else _why_no_difference(paper, episodes)
     compared_with = reference if reference in episodes.cells else None
     numbers = summarise_episodes(episodes, methods, compared_with, absent)
     rows = [presented(method, episodes) for method in methods]
-    columns = tuple(Column(metric, published=paper is not None) for metric in COLUMNS)
+    columns = tuple(_column(metric, paper, why_not) for metric in COLUMNS)
     reasons = {method: {metric: entry.missing for metric, entry in row.items()} for method, row in numbers.items()}
-    cells = {method: _cells(method, numbers[method], {} if paper is None else paper.values) for method in methods}
+    cells = {method: _cells(method, numbers[method], beside) for method in methods}
     notes = [
         *missing_notes(episodes, COLUMNS, rows, reasons),
-        *_spread_note(numbers),
+        *spread_note(episodes, methods),
         *_lpips_note(episodes),
-        *([] if paper is None else [published_note(paper.dataset, episodes.dataset)]),
-        *_interval_note(episodes, compared_with, rows),
+        *([] if paper is None else [published_note(paper.dataset, why_not)]),
+        *fewer_compared(rows, numbers, compared_with, episodes),
+        *equal_views(episodes),
+        *own_schedules(episodes),
+        *repeated_notes(episodes),
         *unranked_notes(rows),
-        *own_settings(episodes),
-        *(note for episode in episodes.all for note in episode.notes),
     ]
     return Document(
         label=f"nvs-{episodes.dataset}",
@@ -112,10 +118,25 @@ def view_synthesis(
         columns=columns,
         groups=arranged(columns, rows, cells),
         notes=tuple(dict.fromkeys(notes)),
-        listing=_listing(episodes, rows, numbers, cells, compared_with),
-        comparison=None if compared_with is None else _comparison(presented(compared_with, episodes), rows, numbers),
-        appendices={"_per_scene": _scenes(episodes, methods)},
+        listing=_listing(episodes, rows, numbers, cells, has_difference=paper is not None and why_not is None),
+        comparison=None if compared_with is None else comparison(compared_with, episodes, rows, numbers),
+        appendices={
+            "_per_scene": _scenes(episodes, methods),
+            "_differences": listed_differences(episodes, methods, compared_with, numbers),
+        },
     )
+
+
+def _why_no_difference(paper: Published, episodes: Episodes) -> str | None:
+    budgets = {episode.budget for episode in episodes.all}
+    return why_no_difference(paper.dataset, episodes.dataset, episodes.scenes, episodes.all[0].protocol, budgets)
+
+
+def _column(metric: Metric, paper: Published | None, why_not: str | None) -> Column:
+    if paper is None:
+        return Column(metric)
+    printed = PRINTED_NAMES.get(paper.dataset, paper.dataset)
+    return Column(metric, "published" if why_not is None else f"published, {printed}", difference=why_not is None)
 
 
 def _cells(method: str, row: Mapping[str, Entry], published: _Published) -> list[Cell]:
@@ -146,6 +167,7 @@ def _caption(episodes: Episodes, numbers: _Numbers) -> list[str]:
     ]
     if _has_spread(numbers):
         sentences.append("After the plus-minus sign: standard deviation over seeds of the mean over scenes.")
+    sentences.append("Marks rank the printed means, whatever their intervals.")
     return sentences
 
 
@@ -153,48 +175,36 @@ def _has_spread(numbers: _Numbers) -> bool:
     return any(entry.spread is not None for row in numbers.values() for entry in row.values())
 
 
-def _comparison(reference: Presented, rows: Sequence[Presented], numbers: _Numbers) -> Comparison:
-    ordered = [row for _, members in in_groups(rows) for row in members if row.identifier != reference.identifier]
-    return Comparison(
-        title=f"Difference to {reference.label}, with {CONFIDENCE:.0%} paired bootstrap interval over scenes and seeds",
-        rows=tuple((row.label, tuple(entry.against for entry in numbers[row.identifier].values())) for row in ordered),
-    )
-
-
 def _listing(
     episodes: Episodes,
     rows: Sequence[Presented],
     numbers: _Numbers,
     cells: Mapping[str, Sequence[Cell]],
-    reference: str | None,
+    has_difference: bool,
 ) -> Listing:
     """Return one record for each method and metric in the order of the table."""
     records: list[tuple[str | int, ...]] = []
     for row in rows:
         for metric, cell in zip(COLUMNS, cells[row.identifier], strict=True):
-            entry, digits = numbers[row.identifier][metric.identifier], metric.decimals + _EXTRA_DECIMALS
-            notes = _entry_notes(episodes, row.identifier, entry, metric, reference, _has_spread(numbers))
+            entry, digits = numbers[row.identifier][metric.identifier], metric.decimals + EXTRA_DECIMALS
+            notes = _entry_notes(episodes, row.identifier, entry, _has_spread(numbers))
             texts = (plain(entry.mean, digits), plain(entry.spread, digits))
-            paper = (cell.published or "", plain(cell.difference, digits))
+            paper = (cell.published or "", plain(cell.difference if has_difference else None, digits))
             counts = (entry.scenes, entry.seeds)
             records.append((row.identifier, row.group, metric.identifier, *texts, *counts, *paper, "; ".join(notes)))
     return Listing(FIELDS, tuple(records))
 
 
-def _entry_notes(
-    episodes: Episodes, method: str, entry: Entry, metric: Metric, reference: str | None, has_spread: bool
-) -> list[str]:
+def _entry_notes(episodes: Episodes, method: str, entry: Entry, has_spread: bool) -> list[str]:
     if entry.missing is not None:
         return [str(entry.missing)]
     notes = []
-    if entry.seeds == 1 and has_spread:
-        notes.append("one seed, no spread")
-    if entry.against is not None:
-        notes.append(f"vs {reference} {compared(entry.against, metric.decimals)}")
+    if entry.spread is None and has_spread:
+        notes.append(f"no spread of {count(entry.seeds, 'seed')}")
     if (fewer := fewer_seeds(episodes, method)) is not None:
         notes.append(fewer)
     # A deviation of one scene, such as a capped budget, concerns the mean of every metric.
-    return notes + sorted({note for episode in episodes.cells[method].values() for note in episode.notes})
+    return notes + notes_of_method(episodes, method)
 
 
 def _scenes(episodes: Episodes, methods: Sequence[str]) -> Listing:
@@ -206,7 +216,7 @@ def _scenes(episodes: Episodes, methods: Sequence[str]) -> Listing:
             scene,
             seed,
             len(episode.curve[-1].images),
-            plain(scene_value(episodes, method, scene, seed, metric.identifier), metric.decimals + _EXTRA_DECIMALS),
+            plain(scene_value(episodes, method, scene, seed, metric.identifier), metric.decimals + EXTRA_DECIMALS),
         )
         for method in methods
         for metric in COLUMNS
@@ -215,22 +225,9 @@ def _scenes(episodes: Episodes, methods: Sequence[str]) -> Listing:
     return Listing(SCENE_FIELDS, tuple(records))
 
 
-def _spread_note(numbers: _Numbers) -> list[str]:
-    if any(entry.seeds == 1 for row in numbers.values() for entry in row.values()):
-        return ["with one seed the spread over seeds is undefined and left out"]
-    return []
-
-
 def _lpips_note(episodes: Episodes) -> list[str]:
     settings = episodes.all[0].protocol.get("lpips")
     measured_anywhere = any("lpips" not in episode.absent for episode in episodes.all)
     if not isinstance(settings, dict) or not measured_anywhere:
         return []
     return [f"LPIPS: {settings.get('net')}, fed {_RANGES.get(str(settings.get('range')), 'unknown range')}"]
-
-
-def _interval_note(episodes: Episodes, reference: str | None, rows: Sequence[Presented]) -> list[str]:
-    scenes = len(episodes.scenes)
-    if reference is None or len(rows) == 1 or scenes >= _ENOUGH_SCENES:
-        return []
-    return [f"a bootstrap over {count(scenes, 'scene')} gives intervals that are too narrow"]

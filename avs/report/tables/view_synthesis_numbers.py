@@ -6,17 +6,29 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from avs.report.collect import Episodes, end_of_curve, image_mean
-from avs.report.document import Difference
+from avs.report.intervals import OVER, Over, interval
 from avs.report.tables.episode_gaps import missing_row
 from avs.system.reasons import Reason
 from metrics.definitions import METRICS
-from metrics.statistics import paired_bootstrap, summarise
-
-CONFIDENCE = 0.95
-"""Probability content of the bootstrap intervals."""
+from metrics.statistics import Interval, summarise
 
 COLUMNS = tuple(METRICS[identifier] for identifier in ("psnr", "ssim", "lpips"))
 """The metrics of the view synthesis table, as the paper has them."""
+
+
+@dataclass(frozen=True)
+class Compared:
+    """The paired difference of a method to the reference method in one metric.
+
+    Attributes:
+        value: mean over scenes of the mean over seeds of the differences.
+        seeds: the seeds that both methods have with every scene.
+        intervals: of the difference, by what they are over; those that do not exist are left out.
+    """
+
+    value: float
+    seeds: tuple[int, ...]
+    intervals: Mapping[Over, Interval]
 
 
 @dataclass(frozen=True)
@@ -25,11 +37,10 @@ class Entry:
 
     Attributes:
         mean: mean over seeds of the mean over scenes, or None with a reason in ``missing``.
-        spread: standard deviation over seeds of the mean over scenes; None for one seed.
+        spread: standard deviation over seeds of the mean over scenes; None for fewer than three seeds.
         scenes: number of scenes in the mean.
         seeds: number of seeds in the mean.
-        against: difference to the reference method with its bootstrap interval; None for the reference itself and
-            where a mean is missing.
+        against: difference to the reference method; None for the reference itself and where a mean is missing.
         missing: why there is no mean, or None.
     """
 
@@ -37,7 +48,7 @@ class Entry:
     spread: float | None = None
     scenes: int = 0
     seeds: int = 0
-    against: Difference | None = None
+    against: Compared | None = None
     missing: Reason | None = None
 
 
@@ -84,7 +95,7 @@ def _missing_value(episodes: Episodes, method: str, metric: str, seeds: Sequence
     return None
 
 
-def _against(episodes: Episodes, method: str, reference: str, metric: str) -> Difference | None:
+def _against(episodes: Episodes, method: str, reference: str, metric: str) -> Compared | None:
     """Compare on the scenes and seeds that both have completely."""
     seeds = [seed for seed in episodes.complete_seeds(method) if seed in episodes.complete_seeds(reference)]
     if not seeds or _missing_value(episodes, reference, metric, seeds) is not None:
@@ -95,8 +106,8 @@ def _against(episodes: Episodes, method: str, reference: str, metric: str) -> Di
     ]
     differences = [[own[index] - other[index] for own, other in pairs] for index in range(len(episodes.scenes))]
     mean = sum(sum(scene) / len(scene) for scene in differences) / len(differences)
-    interval = paired_bootstrap(differences, confidence=CONFIDENCE)
-    return Difference(mean, None if interval is None else (interval.low, interval.high))
+    found = {over: interval(differences, over) for over in OVER}
+    return Compared(mean, tuple(seeds), {over: each for over, each in found.items() if each is not None})
 
 
 def _scene_values(episodes: Episodes, method: str, seed: int, metric: str) -> list[float]:

@@ -1,0 +1,88 @@
+"""What the records themselves tell a reader of their means: notes, settings of one method, views that never differ."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+
+from avs.nvs.record import Episode
+from avs.report.collect import Cell, Episodes, differing_settings
+from avs.report.methods import presented
+
+
+def repeated_notes(episodes: Episodes) -> list[str]:
+    """Return the notes of all episodes, each once; one that several scenes share names them in front."""
+    places: dict[str, dict[str, None]] = {}
+    for episode in episodes.all:
+        for note in episode.notes:
+            scene, text = _of_scene(note, episode.scene)
+            places.setdefault(text, {}).update({} if scene is None else {scene: None})
+    everywhere = set(episodes.scenes)
+    lines = []
+    for text, scenes in places.items():
+        names = "every scene" if len(scenes) > 1 and set(scenes) == everywhere else ", ".join(sorted(scenes))
+        lines.append(f"{names}: {text}" if names else text)
+    return lines
+
+
+def notes_of_method(episodes: Episodes, method: str) -> list[str]:
+    """Return the notes of one method's episodes, each once, in order."""
+    return sorted({note for episode in episodes.cells[method].values() for note in episode.notes})
+
+
+def own_schedules(episodes: Episodes) -> list[str]:
+    """Return a line for each method whose settings of the loop are not those of most methods."""
+    return [
+        f"{presented(method, episodes).label} has settings of the loop for itself, which are part of its row: "
+        + ", ".join(f"{key} {own} instead of {usual}" for key, own, usual in differing)
+        for method, differing in differing_settings(episodes).items()
+    ]
+
+
+def equal_views(episodes: Episodes) -> list[str]:
+    """Return which methods choose the same views with every seed, and which choose the same as another method.
+
+    What differs between such episodes is the optimisation alone, in random order and with random numbers of its own.
+    """
+    fixed = [method for method, cells in episodes.cells.items() if _same_with_every_seed(cells)]
+    lines = []
+    if fixed:
+        lines.append(
+            f"{_labels(fixed, episodes)}: the same views with every seed; what differs between seeds is the noise of "
+            "the optimisation alone"
+        )
+    for methods in _grouped(episodes):
+        lines.append(
+            f"{_labels(methods, episodes)}: the same views in every episode; what differs between these rows is the "
+            "optimisation alone"
+        )
+    return lines
+
+
+def _of_scene(note: str, scene: str) -> tuple[str | None, str]:
+    """Tell whether a note begins with its scene, and return the rest."""
+    return (scene, note.removeprefix(f"{scene}: ")) if note.startswith(f"{scene}: ") else (None, note)
+
+
+def _same_with_every_seed(cells: Mapping[Cell, Episode]) -> bool:
+    by_scene: dict[str, list[list[str]]] = {}
+    for (scene, _), episode in cells.items():
+        by_scene.setdefault(scene, []).append(_views(episode))
+    repeated = [views for views in by_scene.values() if len(views) > 1]
+    return bool(repeated) and all(each == views[0] for views in repeated for each in views)
+
+
+def _grouped(episodes: Episodes) -> list[list[str]]:
+    """Return the methods that share all their views with another, in groups."""
+    groups: dict[Hashable, list[str]] = {}
+    for method, cells in episodes.cells.items():
+        key = tuple((cell, tuple(_views(episode))) for cell, episode in cells.items())
+        groups.setdefault(key, []).append(method)
+    return [methods for methods in groups.values() if len(methods) > 1]
+
+
+def _views(episode: Episode) -> list[str]:
+    return [*episode.initial, *episode.selected]
+
+
+def _labels(methods: Iterable[str] | Sequence[str], episodes: Episodes) -> str:
+    return ", ".join(presented(method, episodes).label for method in methods)
