@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -106,11 +107,18 @@ def _build(name: str, label: str, settings: CrossReferenceSettings, resources: R
     assert path is not None  # Method.selector sees to it
     network = load_network(path, BACKBONE_OF[name])
     scorer = CrossReferenceScorer(network, settings.resize, settings.batch, resources.device, settings.precision)
-    published = PUBLISHED.get(name)
-    if published is None or is_archive(path):
-        return CrossReferenceSelector(settings, scorer)
-    note = f"{label}: weights trained by this run, not the published ones (python -m avs weights fetch {published})"
-    return CrossReferenceSelector(settings, scorer, (note,))
+    return CrossReferenceSelector(settings, scorer, () if is_archive(path) else (_note(name, label, path),))
+
+
+def _note(name: str, label: str, path: Path) -> str:
+    """Return what a reader must know of weights that are not the published ones."""
+    from avs.iqa.cross_reference.scorer_checkpoint import read_training
+
+    training, published = read_training(path), PUBLISHED.get(name)
+    told = "of a training that is not recorded" if training is None else training.told()
+    if published is None:
+        return f"{label}: weights {told} (the paper's are not published)"
+    return f"{label}: weights {told} (for the published ones: python -m avs weights fetch {published})"
 
 
 METHODS = {

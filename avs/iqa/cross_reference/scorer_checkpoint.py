@@ -11,6 +11,7 @@ from pydantic import TypeAdapter, ValidationError
 from avs.iqa.cross_reference.crossscore import is_archive, read_crossscore
 from avs.iqa.cross_reference.network import CrossReferenceNetwork, build_network
 from avs.iqa.cross_reference.scorer_settings import AnyNetwork
+from avs.iqa.cross_reference.training_facts import TrainingFacts
 from avs.system.errors import UserError
 from avs.system.models import first_fault
 from avs.system.tensor_files import write_tensors
@@ -21,10 +22,15 @@ _NETWORK: TypeAdapter[AnyNetwork] = TypeAdapter(AnyNetwork)
 _REMEDY = "delete it and train the scorer again"
 
 
-def save_network(path: Path, network: CrossReferenceNetwork) -> None:
-    """Write the weights and the architecture to ``path``, whole or not at all; equal networks give equal bytes."""
+def save_network(path: Path, network: CrossReferenceNetwork, training: TrainingFacts | None = None) -> None:
+    """Write the weights, the architecture and what is known of the training to ``path``, whole or not at all.
+
+    Equal networks give equal bytes.
+    """
     state = {key: value.detach().cpu().numpy() for key, value in network.state_dict().items()}
-    write_tensors(path, state, "network", {"format": _FORMAT, "settings": network.settings.model_dump(mode="json")})
+    told = None if training is None else training.model_dump(mode="json")
+    header = {"format": _FORMAT, "settings": network.settings.model_dump(mode="json"), "training": told}
+    write_tensors(path, state, "network", header)
 
 
 def load_network(path: Path, backbone: str | None = None) -> CrossReferenceNetwork:
@@ -46,6 +52,21 @@ def load_network(path: Path, backbone: str | None = None) -> CrossReferenceNetwo
         fault = f"holds a network on {network.settings.backbone}, where {backbone} is needed"
         raise UserError(path, fault, "pass the weights of the scorer that the method names")
     return network
+
+
+def read_training(path: Path) -> TrainingFacts | None:
+    """Return what a file of ``save_network`` tells of the training, or None if it tells nothing.
+
+    Raises:
+        UserError: its header is damaged.
+    """
+    with safetensors.safe_open(path, framework="pt") as file:
+        metadata = file.metadata() or {}
+    try:
+        told = json.loads(metadata["network"]).get("training")
+        return None if told is None else TrainingFacts.model_validate(told)
+    except (AttributeError, KeyError, ValueError) as error:
+        raise UserError(path, "its header does not tell of its training as it should", _REMEDY) from error
 
 
 def _read_published(path: Path) -> CrossReferenceNetwork:

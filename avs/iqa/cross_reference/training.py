@@ -20,6 +20,7 @@ from avs.iqa.cross_reference.network import CrossReferenceNetwork, build_network
 from avs.iqa.cross_reference.scorer_checkpoint import save_network
 from avs.iqa.cross_reference.scorer_settings import ScorerSettings, TrainingSettings
 from avs.iqa.cross_reference.training_batches import Batch, Sampler
+from avs.iqa.cross_reference.training_facts import facts_of_card
 from avs.system.errors import UserError
 from avs.system.files import write_json
 
@@ -71,8 +72,9 @@ def train(
         raise UserError(f"scene {name}", "is both for training and held out", "choose other scenes")
     source = backbone_source(settings)
     network, curve = fit(scenes, others, settings, source, progress, device)
-    save_network(weights, network)
-    write_json(card, model_card(network, settings, source, scenes, others, curve, device))
+    content = model_card(network, settings, source, scenes, others, curve, device)
+    save_network(weights, network, facts_of_card(content, is_frozen(settings.training, source)))
+    write_json(card, content)
 
 
 def backbone_source(settings: ScorerSettings) -> Path | None:

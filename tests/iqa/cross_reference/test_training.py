@@ -7,7 +7,7 @@ import torch
 from avs.iqa.cross_reference.backbones import RepViT
 from avs.iqa.cross_reference.distortions import write_distortions
 from avs.iqa.cross_reference.network import build_network
-from avs.iqa.cross_reference.scorer_checkpoint import load_network
+from avs.iqa.cross_reference.scorer_checkpoint import load_network, read_training
 from avs.iqa.cross_reference.scorer_settings import DINOv2Settings, ScorerSettings, TrainingSettings
 from avs.iqa.cross_reference.training import train
 from avs.iqa.resizing import ResizeSettings
@@ -62,6 +62,9 @@ def test_training_lowers_the_error_and_repeats_to_the_bit(paths, tmp_path):
     assert content["held_out"]["images"] == 24
     assert -1 <= content["held_out"]["candidate_spearman"] <= 1
     assert len(lines) == 3
+    training = read_training(weights)
+    assert (training.scenes, training.held_out, training.steps, training.backbone) == (1, 1, 12, None)
+    assert training.candidate_spearman == content["held_out"]["candidate_spearman"]
 
 
 def test_frozen_random_backbone_keeps_its_convolutions(paths, tmp_path):
