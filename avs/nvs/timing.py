@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,12 +13,14 @@ from avs.nvs.loop import Progress
 from avs.nvs.schedule import capped_budget, initial_captures
 from avs.nvs.timing_record import Runtime, SelectionTimes
 from avs.nvs.timing_settings import StateSettings, TimingSettings
+from avs.representations import kinds
 from avs.scene.cameras import IndexArray
 from avs.scene.scene import Scene, read_scene
 from avs.selection import registry
 from avs.selection.contract import Method, PreparesRepresentation, Resources, Selector, State
 from avs.selection.session import Session, timed_selection
 from avs.system import provenance
+from avs.system.machine_load import LoadMeter
 from avs.system.records import write_record
 from avs.system.seeds import seed_of
 
@@ -64,10 +66,11 @@ def time_method(
     session = _fitted(scene, settings, selector) if own_fit else _loaded(scene, settings, state)
     provenance.reset_peak_memory(settings.device)
     chosen = min(settings.views_per_step, len(session.candidates))
-    selections = []
+    selections, load = [], LoadMeter()
     for times in _timed(method, selector, session, settings, chosen):
         selections.append(times)
         progress(f"{scene.name}, {method.label}: {times.total_seconds:.3f} s")
+    other_cores = load.others()
     record = Runtime(
         scene=scene.name,
         scene_hash=scene.content_hash,
@@ -86,6 +89,8 @@ def time_method(
         selections=selections,
         peak_memory_bytes=provenance.peak_memory(settings.device),
         device=settings.device,
+        computed_on=device_of(settings, registry.needed(settings.method, checked)),
+        other_cores=other_cores,
         machine=provenance.machine(settings.device),
         threads=torch.get_num_threads(),
         packages=provenance.packages(),
@@ -94,6 +99,11 @@ def time_method(
         finished=provenance.now(),
     )
     write_record(out, record)
+
+
+def device_of(settings: TimingSettings, needs: Sequence[str]) -> str:
+    """Return the device on which a method computes that needs these capabilities."""
+    return "cpu" if kinds.find(settings.representation.kind).on_cpu.intersection(needs) else settings.device
 
 
 def _timed(

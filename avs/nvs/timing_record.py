@@ -20,7 +20,7 @@ class SelectionTimes(StrictModel):
 class Runtime(StrictModel):
     """Selection times of one method on one scene."""
 
-    schema_version: Literal[1] = 1
+    schema_version: Literal[2] = 2
     scene: str
     scene_hash: str = Field(description="content hash of the scene")
     method: str = Field(description="identifier, such as fisherrf")
@@ -40,7 +40,13 @@ class Runtime(StrictModel):
         description="peak resident memory of the process, libraries included; on CUDA the allocator's peak since the "
         "reconstruction was loaded"
     )
-    device: str
+    device: str = Field(description="where the reconstruction is rendered")
+    computed_on: str = Field(
+        description="where the method computes; cpu beside a device cuda if it needs a capability that runs there only"
+    )
+    other_cores: float | None = Field(
+        description="cores that other programs kept busy on the mean while selections were timed; null if not known"
+    )
     machine: dict[str, str] = Field(description="processor, cores, operating system")
     threads: int = Field(description="threads that torch uses")
     packages: dict[str, str] = Field(description="versions of the packages that compute")

@@ -110,12 +110,15 @@ class Kind:
         exports: name of the file that ``Representation.export`` writes.
         build: the function that makes an untrained one, as ``module:function``, imported when it is called. It takes
             the scene, the indices of the captured views ``[n]``, the settings, a seed and ``cpu`` or ``cuda``.
+        on_cpu: those of ``offers`` that are computed on the CPU wherever an instance lies, so that their times are not
+            to be compared with those of a GPU.
     """
 
     settings: type[RepresentationSettings]
     offers: frozenset[str]
     exports: str
     build: str
+    on_cpu: frozenset[str] = frozenset()
 
     @property
     def module(self) -> str:

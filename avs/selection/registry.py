@@ -114,6 +114,11 @@ def create_settings(identifier: str, values: dict[str, Any]) -> Settings:
         raise UserError(place, fault, f"settings of this method: {known}") from None
 
 
+def needed(identifier: str, settings: Settings) -> tuple[str, ...]:
+    """Return the capabilities that a method needs with these settings."""
+    return find(identifier).method.needs if settings.needs is None else settings.needs
+
+
 def why_not(identifier: str, settings: Settings, kind: str) -> Reason | None:
     """Return why a method cannot run on representations of a kind, and on which it can, or None.
 
@@ -125,7 +130,7 @@ def why_not(identifier: str, settings: Settings, kind: str) -> Reason | None:
     Raises:
         UserError: the method or the kind is unknown.
     """
-    needs = find(identifier).method.needs if settings.needs is None else settings.needs
+    needs = needed(identifier, settings)
     lacking = [name for name in needs if name not in kinds.find(kind).offers]
     if not lacking:
         return None

@@ -5,7 +5,7 @@ import pytest
 from factories import small_scene
 
 from avs.nvs.protocol import ProtocolSettings
-from avs.nvs.timing import time_method, write_state
+from avs.nvs.timing import device_of, time_method, write_state
 from avs.nvs.timing_record import Runtime
 from avs.nvs.timing_settings import RuntimeSettings, StateSettings, TimingSettings
 from avs.representations.gaussians.gaussian_settings import Densification, GaussianSettings, InitialPoints
@@ -124,3 +124,20 @@ def test_a_checkpoint_of_other_settings_is_refused(timed, scene, tmp_path):
     settings = TimingSettings(**other, runtime=RuntimeSettings(views=5), method="spy", selector={}, views_per_step=1)
     with pytest.raises(UserError, match=r"state.safetensors: was written with other settings"):
         time_method(scene, tmp_path / "state.safetensors", settings, None, tmp_path / "spy.json", print)
+
+
+@pytest.mark.parametrize(
+    ("device", "needs", "expected"),
+    [
+        ("cuda", ("fisher_diagonal",), "cpu"),
+        ("cuda", ("fisher_probes",), "cuda"),
+        ("cuda", ("blending_weights", "copy"), "cpu"),
+        ("cuda", (), "cuda"),
+        ("cpu", ("fisher_diagonal",), "cpu"),
+    ],
+)
+def test_a_record_tells_where_a_method_computes(device, needs, expected):
+    settings = TimingSettings(
+        **(SHARED | {"device": device}), runtime=RuntimeSettings(), method="spy", selector={}, views_per_step=1
+    )
+    assert device_of(settings, needs) == expected

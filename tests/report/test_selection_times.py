@@ -81,9 +81,38 @@ def test_a_fit_of_its_own_is_told(episode, table):
     assert "- ActiveNeRF: timed on a reconstruction fitted with the method's own loss" in markdown
 
 
+def test_what_else_the_machine_did_is_told_and_the_disturbed_are_named(episode, table):
+    records = [make_record(other_cores=0.016), make_record("random", other_cores=1.7, label="Random")]
+    _, markdown, _ = table(records, [episode("fisherrf"), episode("random")], ["fisherrf", "random"])
+    assert "after a warm-up; other programs kept 0.02 to 1.70 cores of the machine busy." in markdown
+    assert "- times may be too long, because other programs kept cores busy meanwhile: Random (1.70)\n" in markdown
+    _, markdown, _ = table([make_record()], [episode("fisherrf")], ["fisherrf"])
+    assert "other programs kept 0.02 cores of the machine busy." in markdown
+    assert "too long" not in markdown
+    _, markdown, _ = table([make_record(other_cores=None)], [episode("fisherrf")], ["fisherrf"])
+    assert "what else the machine did is not known." in markdown
+    records = [make_record(), make_record("random", other_cores=None)]
+    _, markdown, _ = table(records, [episode("fisherrf"), episode("random")], ["fisherrf", "random"])
+    assert "0.02 cores of the machine busy as far as that is known." in markdown
+
+
+def test_what_computes_on_the_processor_has_no_time_beside_a_gpu(episode, table):
+    """Else the table would compare a CPU with a GPU and call it methods."""
+    gpu = {"device": "cuda", "machine": {"processor": "a processor", "gpu": "a GPU"}}
+    records = [make_record(**gpu), make_record("musiq", label="MUSIQ", computed_on="cuda", **gpu)]
+    rows, markdown, _ = table(records, [episode("fisherrf"), episode("musiq")], ["fisherrf", "musiq"])
+    assert rows["musiq", "selection_seconds"]["value"] == "0.30000"
+    assert rows["fisherrf", "selection_seconds"]["value"] == rows["fisherrf", "peak_memory_gb"]["value"] == ""
+    assert rows["fisherrf", "psnr"]["value"] == "21.0000"
+    assert rows["fisherrf", "selection_seconds"]["note"].startswith("computed on the processor, not on the GPU")
+    assert "- FisherRF: computed on the processor, not on the GPU: no time is printed" in markdown
+    assert "- whether other programs used the GPU is not measured" in markdown
+
+
 @pytest.mark.parametrize(
     ("changes", "fault"),
     [
+        ({"threads": 2}, "threads is not that of fisherrf"),
         ({"machine": {"processor": "another", "cores": "2"}}, "machine is not that of fisherrf"),
         ({"captured": 3}, "captured is not that of fisherrf"),
         ({"method": "fisherrf"}, "a second record of fisherrf"),

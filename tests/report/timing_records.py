@@ -24,6 +24,8 @@ def make_record(method="fisherrf", total=(0.4, 0.1, 0.3), render=0.0, **changes)
         ],
         "peak_memory_bytes": 512_000_000,
         "device": "cpu",
+        "computed_on": "cpu",
+        "other_cores": 0.02,
         "machine": {"processor": "a processor", "cores": "2"},
         "threads": 1,
         "packages": {},

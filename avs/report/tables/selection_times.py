@@ -34,6 +34,8 @@ _PUBLISHED_COLUMNS = (
 )
 _BESIDE = {"psnr": "psnr", "selection_seconds": "selection_seconds", "peak_memory_gb": "gpu_memory_gb"}
 
+_DISTURBED = 0.1  # cores that others keep busy; an idle system needs some hundredths
+
 _Numbers = Mapping[str, Mapping[str, Times]]
 _Paper = Mapping[tuple[str, str], str]
 
@@ -157,9 +159,31 @@ def _caption(records: Sequence[Runtime]) -> list[str]:
     return [
         f"Selection times on the scene {first.scene}: {first.captured} captured views, {first.candidates} candidates "
         f"of {width}x{height} pixels, after {first.iteration} iterations; {where}.",
-        f"Median of up to {repeats} selections after a warm-up, nothing else running. PSNR: end of the episodes on "
+        f"Median of up to {repeats} selections after a warm-up; {_meanwhile(records)}. PSNR: end of the episodes on "
         "this scene, mean over seeds.",
     ]
+
+
+def _meanwhile(records: Sequence[Runtime]) -> str:
+    """Return what else the machine did."""
+    loads = [record.other_cores for record in records if record.other_cores is not None]
+    if not loads:
+        return "what else the machine did is not known"
+    ends = dict.fromkeys(f"{end:.2f}" for end in (min(loads), max(loads)))
+    unknown = "" if len(loads) == len(records) else " as far as that is known"
+    return f"other programs kept {' to '.join(ends)} cores of the machine busy{unknown}"
+
+
+def _load_notes(records: Sequence[Runtime]) -> list[str]:
+    """Name the methods that others disturbed."""
+    lines = []
+    disturbed = [each for each in records if each.other_cores is not None and each.other_cores > _DISTURBED]
+    if disturbed:
+        told = ", ".join(f"{each.label} ({each.other_cores:.2f})" for each in disturbed)
+        lines.append(f"times may be too long, because other programs kept cores busy meanwhile: {told}")
+    if records[0].device == "cuda":
+        lines.append("whether other programs used the GPU is not measured")
+    return lines
 
 
 def _notes(
@@ -169,7 +193,9 @@ def _notes(
     for row in rows:
         reasons = dict.fromkeys(times.missing for times in numbers[row.identifier].values())
         lines += [f"{row.label}: {reason}" for reason in reasons if reason is not None]
-    whole = [record.label for record in records if not any(times.render_seconds for times in record.selections)]
+    lines += _load_notes(records)
+    timed = [record for record in records if record.computed_on == record.device]
+    whole = [record.label for record in timed if not any(times.render_seconds for times in record.selections)]
     if whole:
         lines.append(f"Score holds the whole selection of {', '.join(whole)}: no rendering is told apart")
     own = [record.label for record in records if record.own_fit]
@@ -178,7 +204,8 @@ def _notes(
     if records[0].device == "cuda":
         lines.append("Memory: peak of the allocator on the GPU from the loading of the reconstruction on")
     else:
-        lines.append("Memory: peak resident memory of a process that does nothing else, with all its libraries")
+        fitted = f"; that of {', '.join(own)} holds the fit" if own else ""
+        lines.append(f"Memory: peak resident memory of the process, with all its libraries and the scene{fitted}")
     if has_paper:
         lines.append(
             "paper: on the scene Garden of Mip-NeRF360 with an NVIDIA 4090; with other images and another number of "

@@ -30,6 +30,16 @@ COLUMNS = (
 """What the table has of each method, in order."""
 
 
+# What must agree, so that times can be compared.
+_SHARED = ("scene_hash", "seed", "captured", "candidates", "iteration", "image_size", "device", "machine", "threads")
+
+ELSEWHERE = Reason(
+    cause="computed on the processor, not on the GPU",
+    remedy="no time is printed beside those of a GPU; the record has it (docs/tables.md)",
+)
+"""Why a method has no time in a table of a GPU."""
+
+
 @dataclass(frozen=True)
 class Times:
     """One quantity of one method.
@@ -59,7 +69,17 @@ def read_runtimes(paths: Sequence[Path]) -> dict[str, Runtime]:
         if record.method in found:
             raise UserError(path, f"is a second record of {record.method}", "pass one record for each method")
         first = next(iter(found.values()), record)
-        for name in ("scene_hash", "seed", "captured", "candidates", "iteration", "device", "machine"):
+        for name in (
+            "scene_hash",
+            "seed",
+            "captured",
+            "candidates",
+            "iteration",
+            "image_size",
+            "device",
+            "machine",
+            "threads",
+        ):
             if getattr(record, name) != getattr(first, name):
                 fault = f"{name} is not that of {first.method}, so that their times cannot be compared"
                 raise UserError(path, fault, "time all methods again on one machine")
@@ -82,9 +102,10 @@ def summarise_runtime(
     for method in methods:
         record = records.get(method)
         row = {"psnr": _psnr(episodes, method, absent)}
+        elsewhere = record is not None and record.computed_on != record.device
         for metric in COLUMNS[1:]:
-            values = () if record is None else _values(record, metric.identifier)
-            missing = None if values else absent.get(method, Reason(cause="not timed"))
+            values = () if record is None or elsewhere else _values(record, metric.identifier)
+            missing = None if values else ELSEWHERE if elsewhere else absent.get(method, Reason(cause="not timed"))
             row[metric.identifier] = Times(statistics.median(values) if values else None, values, missing)
         numbers[method] = row
     return numbers

@@ -8,4 +8,5 @@ KIND = Kind(
     offers=frozenset({"copy", "fisher_diagonal", "fisher_probes", "blending_weights", "learned_variance"}),
     exports="splats.ply",
     build="avs.representations.gaussians.splats:build",
+    on_cpu=frozenset({"fisher_diagonal", "blending_weights"}),
 )
