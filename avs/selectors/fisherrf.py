@@ -64,7 +64,7 @@ METHODS = {
     ),
     "fisherrf4-released": _method(
         "fisherrf4-released",
-        "FisherRF4, released schedule",
+        "FisherRF4 (released schedule)",
         f"{_BATCH} Each four are captured at once, at the moments of its script: the method as released.",
         group=OWN_SCHEDULE,
         batches=Batches(views=4, additions=(1200, 3600, 7200, 12000)),

@@ -102,7 +102,7 @@ def test_every_interval_that_exists_is_listed_with_what_it_is_over(episode, tabl
         (2, 3, "95% interval over seeds (other seeds on these 2 scenes; not other scenes):"),
         (1, 2, "95% interval over seeds (other seeds on this scene; not other scenes):"),
         (2, 1, "95% interval over scenes (other scenes of this kind with any seeds, very wide with two of them):"),
-        (1, 1, "; one scene with one seed has no interval:"),
+        (1, 1, "one scene with one seed has no interval:"),
     ],
 )
 def test_the_heading_says_what_intervals_cover(episode, table, scenes, seeds, said):
@@ -113,9 +113,10 @@ def test_the_heading_says_what_intervals_cover(episode, table, scenes, seeds, sa
         for seed in range(seeds)
     ]
     _, markdown, latex = table(episodes, ["random", "farthest"], reference="random")
-    title = "Difference to Random, of unrounded means, each by itself; "
-    assert f"{title}{said.removeprefix('; ')}" in markdown
+    title = "Difference to Random, paired, before rounding; "
+    assert f"{title}{said}" in markdown
     assert title in latex
+    assert ("- each interval is by itself: of 20 methods equal to" in markdown) == ("no interval" not in said)
 
 
 def test_the_reference_is_the_method_that_is_named_or_none(episode, table, tmp_path):

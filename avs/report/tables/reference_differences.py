@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from avs.report.collect import Episodes
 from avs.report.document import Comparison, Difference, Listing
 from avs.report.formats.numbers import EXTRA_DECIMALS, plain
-from avs.report.intervals import OVER, covers, printed_over
+from avs.report.intervals import CONFIDENCE, OVER, covers, printed_over
 from avs.report.methods import Presented, presented
 from avs.report.tables.arrangement import in_groups
 from avs.report.tables.view_synthesis_numbers import COLUMNS, Entry
@@ -20,9 +20,13 @@ Numbers = Mapping[str, Mapping[str, Entry]]
 
 
 def comparison(reference: str, episodes: Episodes, rows: Sequence[Presented], numbers: Numbers) -> Comparison | None:
-    """Return the differences to the reference method with one kind of interval, the same for all rows."""
+    """Return the differences to the reference method with one kind of interval, the same for all rows.
+
+    Methods without a difference are left out; None if that leaves none.
+    """
     over = printed_over(len(episodes.scenes), len(episodes.seeds))
-    others = [row for _, members in in_groups(rows) for row in members if row.identifier != reference]
+    ordered = [row for _, members in in_groups(rows) for row in members]
+    others = [row for row in ordered if any(entry.against is not None for entry in numbers[row.identifier].values())]
     if not others:
         return None
 
@@ -34,7 +38,7 @@ def comparison(reference: str, episodes: Episodes, rows: Sequence[Presented], nu
 
     label = presented(reference, episodes).label
     return Comparison(
-        title=f"Difference to {label}, of unrounded means, each by itself; {covers(over, len(episodes.scenes))}",
+        title=f"Difference to {label}, paired, before rounding; {covers(over, len(episodes.scenes))}",
         rows=tuple((row.label, tuple(map(printed, numbers[row.identifier].values()))) for row in others),
     )
 
@@ -58,6 +62,16 @@ def listed_differences(episodes: Episodes, methods: Sequence[str], reference: st
             if not found:
                 records.append((*start, *counts, "", "", "", ""))
     return Listing(FIELDS, tuple(records))
+
+
+def chance_note(compared: Comparison | None) -> list[str]:
+    """Say that intervals are not corrected for their number."""
+    if compared is None or all(each is None or each.interval is None for _, row in compared.rows for each in row):
+        return []
+    share = round(1.0 / (1.0 - CONFIDENCE))
+    return [
+        f"each interval is by itself: of {share} methods that equal the reference, one would exclude zero by chance"
+    ]
 
 
 def fewer_compared(rows: Sequence[Presented], numbers: Numbers, reference: str | None, episodes: Episodes) -> list[str]:

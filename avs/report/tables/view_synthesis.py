@@ -14,7 +14,7 @@ from avs.report.published import PRINTED_NAMES, Published, published_note, read_
 from avs.report.tables.arrangement import arranged
 from avs.report.tables.episode_gaps import fewer_seeds, incomplete
 from avs.report.tables.episode_notes import equal_views, notes_of_method, own_schedules, repeated_notes
-from avs.report.tables.reference_differences import comparison, fewer_compared, listed_differences
+from avs.report.tables.reference_differences import chance_note, comparison, fewer_compared, listed_differences
 from avs.report.tables.table_notes import (
     count,
     missing_notes,
@@ -101,8 +101,10 @@ def view_synthesis(
     columns = tuple(_column(metric, paper, why_not) for metric in COLUMNS)
     reasons = {method: {metric: entry.missing for metric, entry in row.items()} for method, row in numbers.items()}
     cells = {method: _cells(method, numbers[method], beside) for method in methods}
+    differences = None if compared_with is None else comparison(compared_with, episodes, rows, numbers)
     notes = [
         *missing_notes(episodes, COLUMNS, rows, reasons),
+        *chance_note(differences),
         *spread_note(episodes, methods),
         *_lpips_note(episodes),
         *([] if paper is None else [published_note(paper.dataset, why_not)]),
@@ -119,7 +121,7 @@ def view_synthesis(
         groups=arranged(columns, rows, cells),
         notes=tuple(dict.fromkeys(notes)),
         listing=_listing(episodes, rows, numbers, cells, has_difference=paper is not None and why_not is None),
-        comparison=None if compared_with is None else comparison(compared_with, episodes, rows, numbers),
+        comparison=differences,
         appendices={
             "_per_scene": _scenes(episodes, methods),
             "_differences": listed_differences(episodes, methods, compared_with, numbers),
