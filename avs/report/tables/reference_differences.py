@@ -69,9 +69,7 @@ def chance_note(compared: Comparison | None) -> list[str]:
     if compared is None or all(each is None or each.interval is None for _, row in compared.rows for each in row):
         return []
     share = round(1.0 / (1.0 - CONFIDENCE))
-    return [
-        f"each interval is by itself: of {share} methods that equal the reference, one would exclude zero by chance"
-    ]
+    return [f"each interval is by itself: of {share} methods equal to the reference, one would exclude zero by chance"]
 
 
 def fewer_compared(rows: Sequence[Presented], numbers: Numbers, reference: str | None, episodes: Episodes) -> list[str]:

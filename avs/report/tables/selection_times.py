@@ -159,8 +159,8 @@ def _caption(records: Sequence[Runtime]) -> list[str]:
     return [
         f"Selection times on the scene {first.scene}: {first.captured} captured views, {first.candidates} candidates "
         f"of {width}x{height} pixels, after {first.iteration} iterations; {where}.",
-        f"Median of up to {count(repeats, 'selection')} after a warm-up; {_meanwhile(records)}. PSNR: end of the episodes "
-        "on this scene, mean over seeds.",
+        f"Median of up to {count(repeats, 'selection')} after a warm-up; {_meanwhile(records)}. PSNR: end of the "
+        "episodes on this scene, mean over seeds.",
     ]
 
 
