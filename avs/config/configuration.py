@@ -160,9 +160,16 @@ def load(values: dict[str, Any], programs: Collection[str] = ()) -> Config:
 
 
 def _with_captures(config: Config) -> Config:
-    """Return ``config`` with the captures of ``scenes_dir`` in place of the evaluated data sets, where it is given."""
+    """Return ``config`` with the captures of ``scenes_dir`` in place of the evaluated data sets, where it is given.
+
+    Without it, captures without a folder only say how they would be prepared, and give way to other data sets.
+    """
     if config.scenes_dir is None:
-        return config
+        waiting = {name for name in config.evaluated if _waits_for_a_folder(config.datasets[name])}
+        if waiting == set(config.evaluated):
+            return config
+        named = {name: dataset for name, dataset in config.datasets.items() if name not in waiting}
+        return config.model_copy(update={"datasets": named})
     own = config.datasets.get("captures", Captures())
     if not isinstance(own, Captures) or (config.distortions and "captures" in config.distortions.datasets):
         fault = "is the name of what scenes_dir gives, and of another data set"
@@ -170,6 +177,10 @@ def _with_captures(config: Config) -> Config:
     kept = {name: dataset for name, dataset in config.datasets.items() if name not in config.evaluated}
     captures = own.model_copy(update={"folder": config.scenes_dir})
     return config.model_copy(update={"datasets": kept | {"captures": captures}})
+
+
+def _waits_for_a_folder(dataset: DataSet) -> bool:
+    return isinstance(dataset, Captures) and dataset.folder is None
 
 
 def protocol_of(config: Config, method: str) -> ProtocolSettings:

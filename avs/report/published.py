@@ -121,5 +121,5 @@ def published_note(source: str, why_not: str | None) -> str:
     """
     told = f"published: the paper's means on {PRINTED_NAMES.get(source, source)}, one run without a spread"
     if why_not is None:
-        return f"{told}; differences to them are of unrounded means"
+        return f"{told}; the difference is of the unrounded mean and supposes images of 1600 pixels, as the paper's"
     return f"{told}, for orientation alone: {why_not}, so that no difference is printed"

@@ -86,6 +86,16 @@ def test_captures_may_have_a_folder_and_any_name(captures):
     assert list(scenes_of(load(changed))["mine"]) == ["one", "two"]
 
 
+def test_captures_of_the_papers_name_stand_beside_its_values(captures):
+    """In the place of the captures that the scale expects of scenes_dir; another name has no published values."""
+    changed = values("paper")
+    changed["datasets"] |= {"mipnerf360": {"source": "captures", "folder": captures, "long_side": 1600}}
+    config = load(changed)
+    assert config.evaluated == ("mipnerf360",)
+    assert settings_of(config, "nvs_table/mipnerf360").published == "results/published/nvs_mipnerf360.csv"
+    assert settings_of(load(values("paper", scenes_dir=captures)), "nvs_table/captures").published is None
+
+
 @pytest.mark.parametrize(
     ("changed", "line"),
     [
