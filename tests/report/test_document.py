@@ -130,6 +130,7 @@ def test_text_with_commands_stays_on_its_line_and_is_escaped():
         ("1. first", "1\\. first"),
         ("- a", "\\- a"),
         ("a - b", "a - b"),
+        ("&lt; R&D", "\\&lt; R&D"),
         ("", ""),
     ],
 )

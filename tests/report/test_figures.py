@@ -117,6 +117,12 @@ def test_files_are_the_same_to_the_byte(episode, written, tmp_path):
     assert len(contents[0]) == 2
 
 
+def test_a_label_is_text_whatever_it_holds(episode, written, tmp_path):
+    paths = written([episode("random", label="$\\foo_{$ 50%\nof"), episode("farthest")])
+    write_psnr_over_views(paths, METHODS, tmp_path / "psnr_over_views")
+    assert (tmp_path / "psnr_over_views.png").exists()
+
+
 def test_methods_that_add_several_views_at_once_keep_their_own_points(episode, drawn):
     batched = episode("farthest", psnr=(25.0,))
     batched = batched.model_copy(update={"curve": [batched.curve[0], batched.curve[-1]]})

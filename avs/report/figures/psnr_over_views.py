@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from avs.report.collect import read_episodes
 from avs.report.figures.curves import Curve, Panel, panels
+from avs.report.formats.plain_text import one_line
 from avs.report.intervals import CONFIDENCE
 from avs.report.methods import presented
 from avs.system.files import atomic_path
@@ -43,6 +44,7 @@ _STYLE: dict[Any, Any] = {
     "ytick.major.width": 0.6,
     "legend.frameon": False,
     "legend.fontsize": 7.5,
+    "text.parse_math": False,  # labels come from records: a dollar sign is one
     "pdf.fonttype": 42,  # TrueType: text stays text
     "savefig.dpi": 200,
 }
@@ -102,7 +104,7 @@ def _draw(figure: Figure, drawn: Sequence[Panel], methods: Sequence[str], column
         if index > 0:
             lower.sharey(axes[1][0])  # differences are to be compared across panels
         for curve in drawn[index].curves:
-            labels[curve.method] = curve.label
+            labels[curve.method] = one_line(curve.label)
             _draw_curve(upper, lower, curve, styles[curve.method])
         _dress(upper, lower, drawn[index], first=column == 0)
     _legend(figure, [(labels[method], styles[method]) for method in methods if method in labels])

@@ -16,7 +16,7 @@ _LEGEND = "Best in bold, second and third numbered."
 
 # What would change the look or the meaning of running text. An underscore within a word does not, so that names of
 # scenes stay as they are.
-_ACTIVE = re.compile(r"[\\`*|$<>~\[\]]|(?<![A-Za-z0-9])_|_(?![A-Za-z0-9])")
+_ACTIVE = re.compile(r"[\\`*|$<>~\[\]]|&(?=#?\w+;)|(?<![A-Za-z0-9])_|_(?![A-Za-z0-9])")
 _FIRST = re.compile(r"^(?=[#+=-])|^(\d+)(?=[.)])")  # begins a heading, a list or an underline
 
 
