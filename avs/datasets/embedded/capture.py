@@ -115,11 +115,13 @@ def build_capture(pattern: str, seed: int, settings: EmbeddedSettings) -> Captur
     ]
     images = develop(linear, exposure, kind.lens, np.random.default_rng([seed, kind.number, 3]))
     depths = tuple(depth(shader, cameras, index) for index in range(len(cameras)))
+    test = np.arange(0, len(cameras), 8)
+    pool = np.setdiff1d(np.arange(len(cameras)), test)
     points = sparse_points(
-        shader.caster, cameras, images, depths, settings, np.random.default_rng([seed, kind.number, 4])
+        shader.caster, cameras, images, depths, pool, settings, np.random.default_rng([seed, kind.number, 4])
     )
     names = tuple(f"{index:04d}.png" for index in range(len(cameras)))
-    return Capture(names, images, cameras, np.arange(0, len(cameras), 8), points, depths, model)
+    return Capture(names, images, cameras, test, points, depths, model)
 
 
 def write_capture(capture: Capture, pattern: str, seed: int, folder: Path, dataset: str | None = None) -> None:

@@ -9,7 +9,7 @@ from avs.datasets.embedded.camera.render import pixel_rays
 from avs.datasets.embedded.embedded_settings import EmbeddedSettings
 from avs.datasets.embedded.geometry.mesh_model import Array
 from avs.datasets.embedded.geometry.raycast import Caster
-from avs.scene.cameras import Cameras
+from avs.scene.cameras import Cameras, IndexArray
 from avs.scene.scene import Points
 
 Images = tuple[npt.NDArray[np.uint8], ...]
@@ -25,14 +25,27 @@ def sparse_points(
     cameras: Cameras,
     images: Images,
     depths: tuple[Array, ...],
+    pool: IndexArray,
     settings: EmbeddedSettings,
     rng: np.random.Generator,
 ) -> Points:
-    """Return at most ``settings.points`` points, each seen without occlusion by at least three images.
+    """Return at most ``settings.points`` points, each seen without occlusion by at least three images of the pool.
 
     Candidates are pixels drawn with a probability that grows with the local contrast. A candidate counts as observed
     where it projects into an image, nothing lies before it, and the direction differs by less than a matcher bears.
+    Test images have no part in where a point lies, whether it is there and what colour it has.
+
+    Args:
+        caster: of the scene.
+        cameras: of all images.
+        images: all photographs.
+        depths: ``[height, width]`` of each.
+        pool: indices of the images that are no test images.
+        settings: number of points, and their error.
+        rng: source of all that is random.
     """
+    cameras, images = cameras[pool], tuple(images[index] for index in pool)
+    depths = tuple(depths[index] for index in pool)
     wanted = 3 * settings.points // len(cameras) + 1
     positions, origins = [], []
     for index, (image, depth) in enumerate(zip(images, depths, strict=True)):
@@ -51,7 +64,9 @@ def sparse_points(
     near = np.linalg.norm(spots[:, None] - cameras.centers[None], axis=2)
     spacing = near.min(axis=1, where=seen, initial=np.inf) / float(cameras.intrinsics[0, 0, 0])
     noisy = spots + rng.normal(size=spots.shape) * (settings.point_noise * spacing)[:, None]
-    return Points(noisy.astype(np.float64), _colors(cameras, images, spots, seen), np.argwhere(seen).astype(np.int64))
+    rows, views = np.nonzero(seen)
+    observations = np.stack([rows, pool[views]], axis=1)
+    return Points(noisy.astype(np.float64), _colors(cameras, images, spots, seen), observations)
 
 
 def _corners(image: npt.NDArray[np.uint8], depth: Array, count: int, rng: np.random.Generator) -> npt.NDArray[np.int64]:
