@@ -21,6 +21,7 @@ from avs.iqa.cross_reference.scorer_checkpoint import save_network
 from avs.iqa.cross_reference.scorer_settings import ScorerSettings, TrainingSettings
 from avs.iqa.cross_reference.training_batches import Batch, Sampler
 from avs.iqa.cross_reference.training_facts import facts_of_card
+from avs.scene.images import pixel_hash
 from avs.system.errors import UserError
 from avs.system.files import write_json
 
@@ -66,9 +67,10 @@ def train(
     """
     scenes = [read_distortions(path) for path in training]
     others = [read_distortions(path) for path in held_out]
-    shared = {scene.scene_hash for scene in scenes} & {scene.scene_hash for scene in others}
+    known = {pixel_hash(photograph) for scene in scenes for photograph in scene.photographs}
+    shared = [scene.scene for scene in others if not known.isdisjoint(map(pixel_hash, scene.photographs))]
     if shared:
-        name = next(scene.scene for scene in others if scene.scene_hash in shared)
+        name = shared[0]
         raise UserError(f"scene {name}", "is both for training and held out", "choose other scenes")
     source = backbone_source(settings)
     network, curve = fit(scenes, others, settings, source, progress, device)
