@@ -42,6 +42,8 @@ ADAM_STEPS = 2e-6
 FLOAT64_GEOMETRY = 1e-13
 # avs/scene/scene.py: a projection in float64, pixel coordinates up to some thousands.
 FLOAT64_PIXELS = 1e-9
+# avs/scene/scene.py, representations/gaussians/ply.py: one rounding to float32, relative to the largest number.
+FLOAT32_STORAGE = 1e-6
 # avs/selectors/no_reference.py: known scores have two decimals, the last of them rounded more than once.
 QUALITY_KNOWN = 0.01
 # avs/iqa/no_reference/niqe.py: pyiqa rounds its window to float32, 3e-8 of squared luminances up to 65025, beside

@@ -13,7 +13,8 @@ TRANSMITTANCE_MIN = 1e-4
 """A pixel stops at the Gaussian that would bring its transmittance to this or below; that one is not blended (3DGS)."""
 
 NEAR_PLANE, FAR_PLANE = 0.01, 1e10
-"""Nearest and farthest depth of a centre, in scene units (defaults of gsplat; 3DGS has 0.2 and no farthest)."""
+"""Nearest and farthest depth of a centre (defaults of gsplat; 3DGS has 0.2 and no farthest). In scene units, of which a
+scene's extent has five: see ``avs.scene.normalisation``."""
 
 BLUR = 0.3
 """Variance in square pixels that is added to each image covariance (3DGS; gsplat: the default of ``eps2d``)."""

@@ -2,56 +2,38 @@
 
 A scene folder holds ``images/``, ``sparse/0/*.bin`` (PINHOLE cameras) and ``scene.json``; any COLMAP viewer opens it.
 Scenes with known geometry add ``depth/<image stem>.npy`` (float32 ``[height, width]``, scene units along the optical
-axis) and ``mesh.ply``.
+axis) and ``mesh.ply``. Everything in it has the scene's own unit and origin (``avs.scene.normalisation``).
 """
 
 from __future__ import annotations
 
-import hashlib
 import re
-import shutil
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
-from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import Field
 
 from avs.scene.cameras import Cameras, IndexArray
 from avs.scene.colmap import read_model, write_model
 from avs.scene.colmap.conversion import as_model, cameras_of, points_of, sorted_images
 from avs.scene.images import Pixels, pixel_hash, read_image, store_image
+from avs.scene.mesh import write_moved_mesh
+from avs.scene.normalisation import EXTENT, normalisation, stray_note
+from avs.scene.point_colors import are_uncolored, painted
 from avs.scene.points import Points
+from avs.scene.scene_file import REMEDY, SceneFile, read_scene_file
+from avs.scene.similarity import Similarity
 from avs.scene.views import Views
 from avs.system.errors import UserError
-from avs.system.files import atomic_folder, canonical_json, file_hash, write_json
-from avs.system.models import StrictModel
-from avs.system.records import read_record
+from avs.system.files import atomic_folder, file_hash
+from avs.system.records import write_record
 
-__all__ = ["Points", "Scene", "SceneFile", "read_scene", "scene_extent", "write_scene"]
+__all__ = ["Points", "Scene", "SceneFile", "read_scene", "write_scene"]
 
-_REMEDY = "prepare the scene again"
 _SCENE_NAME = re.compile(r"[a-z0-9_]+")
 _SUFFIXES = {".png", ".jpg", ".jpeg"}
-_MODEL_FILES = ("sparse/0/cameras.bin", "sparse/0/images.bin", "sparse/0/points3D.bin")
-
-
-class SceneFile(StrictModel):
-    """``scene.json``: what the COLMAP files do not say, and the hashes of all that they do."""
-
-    schema_version: Literal[1] = 1
-    name: str = Field(description="identifier, [a-z0-9_]+", pattern=r"^[a-z0-9_]+$")
-    dataset: str = Field(description="name of the data set it belongs to, such as orbit or captures")
-    test: list[str] = Field(description="names of the test images, ascending; all others are the pool")
-    extent: float = Field(description="1.1 times the greatest distance of a camera centre from their mean (3DGS)")
-    source: str = Field(description="where the pictures come from, one line")
-    licence: str = Field(description="licence of the pictures, one line")
-    notes: list[str] = Field(description="what a reader should know about the scene, such as images that were left out")
-    images: dict[str, str] = Field(description="image name to the SHA-256 of its size and pixels")
-    files: dict[str, str] = Field(description="path of every other file of the scene to the SHA-256 of its bytes")
-    content_hash: str = Field(description="SHA-256 over images, files and test in canonical JSON")
 
 
 @dataclass(frozen=True)
@@ -66,12 +48,12 @@ class Scene:
         cameras: one per image, of the images' pixel sizes.
         test: indices of the test images, ascending. All others are the pool of candidates.
         points: sparse points; may be empty.
-        extent: 1.1 times the greatest distance of a camera centre from the mean of all centres (3DGS,
-            ``getNerfppNorm``).
+        extent: 1.1 times the greatest distance of a camera centre of the pool from their mean, which is the origin
+            (3DGS, ``getNerfppNorm``), stray cameras left out; the same in all scenes: see ``avs.scene.normalisation``.
+        to_capture: from scene coordinates to those of the capture.
         source: where the pictures come from, one line.
         licence: their terms, one line.
-        content_hash: SHA-256 over the images, the cameras, the split, the points, and depth and mesh where there are
-            any.
+        content_hash: SHA-256 over everything that is written of the scene.
         hashes: SHA-256 of every image's pixels, in the order of ``names``.
         notes: what a reader should know about the scene, such as images that were left out.
     """
@@ -84,6 +66,7 @@ class Scene:
     test: IndexArray
     points: Points
     extent: float
+    to_capture: Similarity
     source: str
     licence: str
     content_hash: str
@@ -107,15 +90,9 @@ class Scene:
             path = self.folder / "images" / self.names[index]
             pixels = read_image(path)
             if pixel_hash(pixels) != self.hashes[index]:
-                raise UserError(path, "is not the image that scene.json lists", _REMEDY)
+                raise UserError(path, "is not the image that scene.json lists", REMEDY)
             images.append(pixels)
         return Views(self.cameras[rows], tuple(images), tuple(self.names[row] for row in rows))
-
-
-def scene_extent(cameras: Cameras) -> float:
-    """Return 1.1 times the greatest distance of a camera centre from the mean of all centres."""
-    centers = cameras.centers
-    return float(1.1 * np.linalg.norm(centers - centers.mean(axis=0), axis=1).max())
 
 
 def write_scene(
@@ -136,6 +113,9 @@ def write_scene(
 ) -> None:
     """Write a scene, whole or not at all; equal content gives equal bytes.
 
+    Cameras, points, depth and mesh are given in the capture's own unit and origin and written in the scene's. Points
+    without colours get those of the photographs. Notes tell of that, and of stray cameras.
+
     Args:
         folder: the scene's folder; what was there is replaced.
         name: identifier, ``[a-z0-9_]+``.
@@ -148,38 +128,47 @@ def write_scene(
         points: sparse points; every observation must lie in front of its camera.
         source: where the pictures come from, one line.
         licence: their terms, one line.
-        depth: n arrays ``[height, width]`` float32, scene units along the optical axis, 0 where nothing is; or None.
-        mesh: a PLY file to copy; or None.
+        depth: n arrays ``[height, width]`` float32 along the optical axis, 0 where nothing is; or None.
+        mesh: a PLY file; or None.
         notes: lines for ``scene.json``.
 
     Raises:
         ValueError: the parts contradict one another.
-        UserError: an image file is missing or damaged.
+        UserError: an image file is missing or damaged, or the cameras stand in one place.
     """
     _check_parts(name, names, cameras, test, points)
+    pool = np.setdiff1d(np.arange(len(names)), test)
+    to_capture, stray = normalisation(cameras, pool, source)
+    cameras, points = (
+        to_capture.cameras_back(cameras),
+        replace(points, positions=to_capture.points_back(points.positions)),
+    )
+    told = [*notes, stray_note([names[index] for index in stray])] if len(stray) else list(notes)
     with atomic_folder(folder) as temporary:
         hashes = _write_images(temporary / "images", names, images, cameras)
+        if are_uncolored(points):
+            points, note = painted(points, cameras, pool, lambda index: read_image(temporary / "images" / names[index]))
+            told.append(note)
         write_model(temporary / "sparse" / "0", as_model(names, cameras, points))
         if depth is not None:
-            _write_depth(temporary / "depth", names, depth)
+            _write_depth(temporary / "depth", names, depth, to_capture.scale)
         if mesh is not None:
-            shutil.copyfile(mesh, temporary / "mesh.ply")
+            write_moved_mesh(mesh, temporary / "mesh.ply", to_capture)
         paths = {path.relative_to(temporary).as_posix(): path for path in temporary.rglob("*") if path.is_file()}
         files = {name: file_hash(path) for name, path in paths.items() if not name.startswith("images/")}
-        test_names = [names[index] for index in sorted(test)]
-        scene = SceneFile(
+        listed = SceneFile(
             name=name,
             dataset=dataset,
-            test=test_names,
-            extent=scene_extent(cameras),
+            test=[names[index] for index in sorted(test)],
+            extent=EXTENT,
+            to_capture=to_capture,
             source=source,
             licence=licence,
-            notes=list(notes),
+            notes=told,
             images=hashes,
             files=files,
-            content_hash=_content_hash(hashes, files, test_names),
         )
-        write_json(temporary / "scene.json", scene.model_dump(mode="json"))
+        write_record(temporary / "scene.json", listed.hashed())
 
 
 def read_scene(folder: Path) -> Scene:
@@ -189,13 +178,13 @@ def read_scene(folder: Path) -> Scene:
         UserError: a file is missing, damaged or contradicts another.
     """
     folder = Path(folder)
-    listed = _read_scene_file(folder)
+    listed = read_scene_file(folder)
     model = read_model(folder / "sparse" / "0")
     if any(camera.model != "PINHOLE" for camera in model.cameras.values()):
-        raise UserError(folder / "sparse/0/cameras.bin", "holds a camera that is not PINHOLE", _REMEDY)
+        raise UserError(folder / "sparse/0/cameras.bin", "holds a camera that is not PINHOLE", REMEDY)
     names = tuple(image.name for image in sorted_images(model))
     if list(names) != sorted(listed.images) or not set(listed.test) <= set(names):
-        raise UserError(folder / "scene.json", "its images are not those of the model", _REMEDY)
+        raise UserError(folder / "scene.json", "its images are not those of the model", REMEDY)
     return Scene(
         name=listed.name,
         dataset=listed.dataset,
@@ -205,28 +194,13 @@ def read_scene(folder: Path) -> Scene:
         test=np.array(sorted(names.index(name) for name in listed.test), dtype=np.int64),
         points=points_of(model),
         extent=listed.extent,
+        to_capture=listed.to_capture,
         source=listed.source,
         licence=listed.licence,
         content_hash=listed.content_hash,
         hashes=tuple(listed.images[name] for name in names),
         notes=tuple(listed.notes),
     )
-
-
-def _read_scene_file(folder: Path) -> SceneFile:
-    """Read ``scene.json`` and check that the model's files are the ones that it lists."""
-    path = folder / "scene.json"
-    if not path.is_file():
-        raise UserError(path, "is missing", _REMEDY)
-    listed = read_record(path, SceneFile, _REMEDY)
-    if listed.content_hash != _content_hash(listed.images, listed.files, listed.test):
-        raise UserError(path, "its content hash does not fit its lists", _REMEDY)
-    for name in _MODEL_FILES:
-        if name not in listed.files or not (folder / name).is_file():
-            raise UserError(folder / name, "is missing", _REMEDY)
-        if file_hash(folder / name) != listed.files[name]:
-            raise UserError(folder / name, "is not the file that scene.json lists", _REMEDY)
-    return listed
 
 
 def _write_images(
@@ -242,16 +216,12 @@ def _write_images(
     return hashes
 
 
-def _write_depth(folder: Path, names: Sequence[str], depth: Iterable[npt.NDArray[np.float32]]) -> None:
+def _write_depth(folder: Path, names: Sequence[str], depth: Iterable[npt.NDArray[np.float32]], unit: float) -> None:
+    """Write the depths divided by ``unit``, that of the scene."""
     for name, distances in zip(names, depth, strict=True):
         path = folder / PurePosixPath(name).with_suffix(".npy")
         path.parent.mkdir(parents=True, exist_ok=True)
-        np.save(path, np.asarray(distances, dtype=np.float32), allow_pickle=False)
-
-
-def _content_hash(images: dict[str, str], files: dict[str, str], test: list[str]) -> str:
-    content = canonical_json({"images": images, "files": files, "test": test})
-    return hashlib.sha256(content.encode()).hexdigest()
+        np.save(path, (np.asarray(distances, dtype=np.float64) / unit).astype(np.float32), allow_pickle=False)
 
 
 def _check_parts(name: str, names: Sequence[str], cameras: Cameras, test: IndexArray, points: Points) -> None:

@@ -168,7 +168,8 @@ def main() -> None:
     torch.set_num_threads(1)
     if arguments.paths:
         scene, ply = arguments.paths
-        cameras, parameters = read_scene(scene).cameras, read_ply(ply)
+        read = read_scene(scene)
+        cameras, parameters = read.cameras, read_ply(ply, read.to_capture)
     else:
         cameras, parameters = random_scene()
     representation = splats(parameters)

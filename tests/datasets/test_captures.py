@@ -72,13 +72,9 @@ def test_observations_are_kept(tmp_path):
     make_capture(tmp_path / "capture")
     scene = prepared(tmp_path)
     assert len(scene.points) == 12
+    seen = [project(transform, PINHOLE, scene.points.positions) for transform in scene.cameras.world_to_camera]
     pairs = {(row, image) for row in range(12) for image in range(9)}
-    inside = {
-        (row, image)
-        for row, image in pairs
-        if (project(scene.cameras.world_to_camera[image], PINHOLE)[row] >= 0).all()
-        and (project(scene.cameras.world_to_camera[image], PINHOLE)[row] < SIZE).all()
-    }
+    inside = {(row, image) for row, image in pairs if (seen[image][row] >= 0).all() and (seen[image][row] < SIZE).all()}
     assert {tuple(pair) for pair in scene.points.observations.tolist()} == inside
     assert list(scene.points.colors[5]) == [200, 100, 5]
 

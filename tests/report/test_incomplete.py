@@ -13,6 +13,7 @@ from avs.report.incomplete import (
     write_incomplete_tables,
 )
 from avs.scene.scene import SceneFile
+from avs.scene.similarity import IDENTITY
 from avs.system.reasons import Reason
 from avs.system.records import write_record
 from tests.report.timing_records import make_record
@@ -33,7 +34,14 @@ class Results:
 
     def put_scene(self, scene):
         told = {"name": scene, "dataset": "orbit", "source": "", "licence": "", "notes": []}
-        held = {"test": [], "extent": 1.0, "images": {}, "files": {}, "content_hash": f"hash of {scene}"}
+        held = {
+            "test": [],
+            "extent": 1.0,
+            "to_capture": IDENTITY,
+            "images": {},
+            "files": {},
+            "content_hash": f"hash of {scene}",
+        }
         write_record(self.folder / "scenes" / scene / "scene.json", SceneFile(**told, **held))
 
     def path(self, method, scene, seed):

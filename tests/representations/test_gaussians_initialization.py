@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from avs.representations.gaussians.gaussian_settings import InitialPoints
-from avs.representations.gaussians.initialization import initial_points, initial_scales, seen_points
+from avs.representations.gaussians.initialization import initial_points, initial_scales, reference_ball, seen_points
 from avs.representations.gaussians.parameters import create_parameters
 from avs.scene.scene import Points
 from avs.system.errors import UserError
@@ -19,12 +19,13 @@ def scene(tmp_path_factory):
 
 def points(scene, captured, **settings):
     generator = np.random.default_rng(0)
-    return initial_points(scene, np.array(captured, dtype=np.int64), InitialPoints(**settings), generator)
+    ball = reference_ball(scene, "robust")
+    return initial_points(scene, ball, np.array(captured, dtype=np.int64), InitialPoints(**settings), generator)
 
 
 def test_random_points_fill_a_cube_around_the_cameras(scene):
     cloud = points(scene, [], choice="random", random_count=5000, random_bounds=2.0)
-    offsets = (cloud.positions - scene.cameras.centers.mean(axis=0)) / scene.extent
+    offsets = (cloud.positions - scene.cameras.centers[scene.pool].mean(axis=0)) / scene.extent
     assert len(offsets) == 5000
     assert 1.9 < np.abs(offsets).max() <= 2.0
     assert np.abs(offsets.mean(axis=0)).max() < 0.1
@@ -53,9 +54,9 @@ def test_an_image_counts_once_for_a_point():
 @pytest.mark.parametrize("choice", ["sfm", "selected"])
 def test_too_few_points_are_an_error_that_names_the_remedy(scene, choice):
     empty = Points(np.zeros((0, 3)), np.zeros((0, 3), np.uint8), np.zeros((0, 2), np.int64))
-    with pytest.raises(UserError, match="choose points 'random'"):
+    with pytest.raises(UserError, match=r"set representation: {points: {choice: random}}"):
         points(dataclasses.replace(scene, points=empty), [0, 1], choice=choice)
-    with pytest.raises(UserError, match="3 of 12 points"):
+    with pytest.raises(UserError, match=r"3 of 12 points .* {points: {choice: sfm or random}}"):
         points(scene, [5], choice="selected")
 
 
@@ -76,6 +77,15 @@ def test_scales_of_many_points_have_the_same_bits(monkeypatch):
     few = initial_scales(positions)
     monkeypatch.setattr("avs.representations.gaussians.initialization.MANY_POINTS", 100)
     np.testing.assert_array_equal(initial_scales(positions), few)
+
+
+@pytest.mark.parametrize("limit", [100, 100_000])
+def test_many_coincident_points_take_no_time(monkeypatch, limit):
+    monkeypatch.setattr("avs.representations.gaussians.initialization.MANY_POINTS", limit)
+    positions = np.concatenate([np.zeros((100_000, 3)), np.random.default_rng(0).normal(size=(150, 3))])
+    scales = initial_scales(np.concatenate([positions, positions[-2:]]))
+    assert (scales[:100_000] == np.sqrt(1e-7)).all()
+    assert (scales[100_000:] > np.sqrt(1e-7)).all()
 
 
 def test_gaussians_start_with_the_colours_of_the_points(scene):

@@ -12,6 +12,7 @@ from safetensors.torch import save_file
 from torch import Tensor
 
 from avs.representations.gaussians.gaussian_settings import GaussianSettings
+from avs.scene.similarity import Similarity
 from avs.system.errors import UserError
 from avs.system.files import atomic_path, canonical_json
 from avs.system.models import StrictModel, first_fault
@@ -20,9 +21,10 @@ from avs.system.models import StrictModel, first_fault
 class CheckpointState(StrictModel):
     """Everything but tensors that further steps depend on."""
 
-    version: Literal[1] = 1
+    version: Literal[2] = 2
     settings: GaussianSettings
     extent: float
+    to_capture: Similarity
     iteration: int
     adam_steps: dict[str, int]
     queue: list[int]

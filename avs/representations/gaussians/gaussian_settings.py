@@ -10,6 +10,7 @@ from avs.representations.base import RepresentationSettings
 from avs.system.models import StrictModel
 
 Points = Literal["random", "sfm", "selected"]
+ExtentChoice = Literal["robust", "all_cameras"]
 
 
 class InitialPoints(StrictModel):
@@ -26,8 +27,8 @@ class InitialPoints(StrictModel):
     random_bounds: float = Field(
         default=3.0,
         gt=0,
-        description="half the side of the random cube in units of the scene extent; its middle is the mean camera "
-        "centre, as in gsplat's simple_trainer",
+        description="half the side of the random cube in units of the scene extent; its middle is the mean centre of "
+        "the cameras that the extent is of, as in gsplat's simple_trainer",
     )
     selected_min_views: int = Field(
         default=1, ge=1, description="number of captured images that must see a point for choice 'selected'"
@@ -96,6 +97,11 @@ class GaussianSettings(RepresentationSettings):
     kind: Literal["gaussians"] = Field(default="gaussians", description="3D Gaussian splatting")
     iterations: int = Field(
         default=30_000, ge=1, description="length of the schedule of the positions' learning rate, in steps"
+    )
+    extent: ExtentChoice = Field(
+        default="robust",
+        description="robust: the scene extent leaves stray cameras out; all_cameras: that of 3DGS, which one wrong "
+        "pose changes. Without stray cameras they are the same",
     )
     sh_degree: int = Field(default=3, ge=0, le=3, description="highest degree of the spherical harmonics")
     sh_increase_every: int = Field(

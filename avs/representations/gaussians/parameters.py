@@ -10,7 +10,7 @@ import numpy as np
 import torch
 from torch.nn import Parameter
 
-from avs.representations.gaussians.initialization import SH_DEGREE_0, PointCloud, initial_scales
+from avs.representations.gaussians.initialization import DARKEST, SH_DEGREE_0, PointCloud, initial_scales
 
 Parameters = dict[str, Parameter]
 """The tensors, by the names that gsplat's strategies expect:
@@ -41,11 +41,14 @@ class PrimitiveParameter:
 
 
 def create_parameters(cloud: PointCloud, opacity: float, sh_degree: int, device: torch.device) -> Parameters:
-    """Return Gaussians at the points of ``cloud``: isotropic, unrotated, of one opacity and the points' colours."""
+    """Return Gaussians at the points of ``cloud``: isotropic, unrotated, of one opacity and the points' colours.
+
+    Colours below ``DARKEST`` become that.
+    """
     count = len(cloud.positions)
     scales = np.log(initial_scales(cloud.positions))
     harmonics = np.zeros((count, (sh_degree + 1) ** 2, 3))
-    harmonics[:, 0] = (cloud.colors - 0.5) / SH_DEGREE_0
+    harmonics[:, 0] = (np.maximum(cloud.colors, DARKEST) - 0.5) / SH_DEGREE_0
     values = {
         "means": cloud.positions,
         "scales": np.repeat(scales[:, None], 3, axis=1),

@@ -20,7 +20,7 @@ from avs.representations.gaussians.blending_weights import WeightSums, blended_v
 from avs.representations.gaussians.densification import STATISTICS, DensityControl
 from avs.representations.gaussians.gaussian_checkpoint import CheckpointState, read_checkpoint, write_checkpoint
 from avs.representations.gaussians.gaussian_settings import GaussianSettings
-from avs.representations.gaussians.initialization import PointCloud, initial_points
+from avs.representations.gaussians.initialization import PointCloud, initial_points, reference_ball
 from avs.representations.gaussians.objective import LOG_VARIANCES, LikelihoodObjective, Objective, PhotometricObjective
 from avs.representations.gaussians.optimization import active_degree, create_optimizers, follow_schedules
 from avs.representations.gaussians.parameter_information import parameter_fisher
@@ -31,6 +31,7 @@ from avs.representations.gaussians.variance import variance_reductions
 from avs.representations.learned_variance import VarianceLearning, VarianceReduction
 from avs.scene.cameras import Cameras, IndexArray
 from avs.scene.scene import Scene
+from avs.scene.similarity import IDENTITY, Similarity
 from avs.scene.views import Views
 from avs.system.errors import UserError
 
@@ -55,8 +56,9 @@ def build(scene: Scene, captured: IndexArray, settings: GaussianSettings, seed: 
         UserError: the device is not there, or the scene has too few points for the initial points asked for.
     """
     generator = np.random.Generator(np.random.PCG64(seed))
-    cloud = initial_points(scene, captured, settings.points, generator)
-    return GaussianSplats(cloud, scene.extent, settings, generator, device)
+    ball = reference_ball(scene, settings.extent)
+    cloud = initial_points(scene, ball, captured, settings.points, generator)
+    return GaussianSplats(cloud, ball[1], settings, generator, device, scene.to_capture)
 
 
 class GaussianSplats:
@@ -65,12 +67,19 @@ class GaussianSplats:
     Attributes:
         settings: of the reconstruction.
         extent: of the scene, which positions' rates and thresholds are relative to.
+        to_capture: from the scene's coordinates to those of the capture, which exports have.
         parameters: the trainable tensors, see ``parameters.py``, and the log-variances, where they are learned.
         iteration: optimisation steps done so far.
     """
 
     def __init__(
-        self, cloud: PointCloud, extent: float, settings: GaussianSettings, generator: np.random.Generator, device: str
+        self,
+        cloud: PointCloud,
+        extent: float,
+        settings: GaussianSettings,
+        generator: np.random.Generator,
+        device: str,
+        to_capture: Similarity = IDENTITY,
     ) -> None:
         """Start at the points of ``cloud``; ``generator`` is the source of every random choice from here on.
 
@@ -79,6 +88,7 @@ class GaussianSplats:
         """
         self.settings = settings
         self.extent = extent
+        self.to_capture = to_capture
         self.iteration = 0
         self._device = _device(device)
         self._generator = generator
@@ -196,8 +206,8 @@ class GaussianSplats:
         return variance_reductions(self.parameters, variances, cameras, self._objective.rule.attenuated, rule)
 
     def export(self, folder: Path) -> None:
-        """Write ``splats.ply`` to ``folder``: see ``ply.write_ply``."""
-        write_ply(folder / "splats.ply", self.parameters)
+        """Write ``splats.ply``, in the coordinates of the capture, to ``folder``: see ``ply.write_ply``."""
+        write_ply(folder / "splats.ply", self.parameters, self.to_capture)
 
     def save(self, path: Path) -> None:
         """Write parameters, optimiser moments, density statistics, counters and the generator's state to ``path``."""
@@ -211,6 +221,7 @@ class GaussianSplats:
         state = CheckpointState(
             settings=self.settings,
             extent=self.extent,
+            to_capture=self.to_capture,
             iteration=self.iteration,
             adam_steps=adam_steps,
             queue=self._queue,
@@ -230,7 +241,8 @@ class GaussianSplats:
         if set(state.adam_steps) != set(names):
             fault = f"has the parameters {', '.join(sorted(state.adam_steps))} instead of {', '.join(sorted(names))}"
             raise UserError(path, fault, "load it for the method that it was fitted for, or fit again")
-        if state.settings != self.settings or state.extent != self.extent:
+        written = (state.settings, state.extent, state.to_capture)
+        if written != (self.settings, self.extent, self.to_capture):
             raise UserError(path, "was written with other settings or for another scene", "fit again")
         tensors = {name: tensor.to(self._device) for name, tensor in tensors.items()}
         self.parameters = {name: torch.nn.Parameter(tensors[name]) for name in names}
