@@ -35,6 +35,28 @@ def episode(
         run_episode(scene, checked, seed, weights, out, console.progress, views)
 
 
+@commands.command("common_states")
+def common_states(
+    scene: Path,
+    seed: int,
+    settings: SettingsFile,
+    out: Out,
+    weights: Annotated[
+        list[str] | None, typer.Option(help="METHOD=FILE, the weights of a method; once for each that needs some")
+    ] = None,
+    log: Log = None,
+) -> None:
+    """Let all methods score the same candidates of one reconstruction, and measure the truth of them."""
+    from avs.nvs.common_states import write_common_states
+    from avs.nvs.common_states_settings import CommonStatesJob
+
+    with job(log) as console:
+        limit_threads()
+        pairs = (each.partition("=") for each in weights or [])
+        files = {method: Path(path) for method, _, path in pairs}
+        write_common_states(scene, read_record(settings, CommonStatesJob), seed, files, out, console.progress)
+
+
 @commands.command()
 def replay(scene: Path, episode: Path, out: Out, device: Device = "cpu", log: Log = None) -> None:
     """Run an episode again on the views that its record lists."""

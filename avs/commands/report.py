@@ -14,7 +14,7 @@ from avs.system.records import read_record
 
 commands = typer.Typer()
 
-Dataset = Annotated[str, typer.Option(help="data set whose episodes these are")]
+Dataset = Annotated[str, typer.Option(help="data set whose records these are")]
 
 
 @commands.command("nvs_table")
@@ -30,14 +30,14 @@ def nvs_table(episodes: list[Path], dataset: Dataset, settings: SettingsFile, ou
 
 
 @commands.command("ranking_table")
-def ranking_table(episodes: list[Path], dataset: Dataset, settings: SettingsFile, out: Stem, log: Log = None) -> None:
+def ranking_table(records: list[Path], dataset: Dataset, settings: SettingsFile, out: Stem, log: Log = None) -> None:
     """Write how well each method's scores rank the candidates of a data set, as csv, md and tex."""
     from avs.config.jobs import RowsJob
     from avs.report.tables.score_ranking import write_ranking_table
 
     with job(log):
         told = read_record(settings, RowsJob)
-        write_ranking_table(episodes, told.methods, dataset, out, told.absent)
+        write_ranking_table(records, told.methods, dataset, out, told.absent)
 
 
 @commands.command("runtime_table")

@@ -17,6 +17,7 @@ from avs.datasets.captures import Captures
 from avs.datasets.reader import Reader
 from avs.datasets.reader_registry import readers
 from avs.iqa.cross_reference.scorer_settings import BACKBONE_OF, RenderSettings, ScorerSettings
+from avs.nvs.common_states_settings import CommonStatesSettings
 from avs.nvs.protocol import ProtocolSettings, protocol_of_method
 from avs.nvs.timing_settings import RuntimeSettings
 from avs.report.published import PRINTED_NAMES
@@ -100,6 +101,11 @@ class Config(StrictModel):
     runtime: RuntimeSettings | None = Field(
         default_factory=RuntimeSettings, description="the table of selection times; null to leave it out"
     )
+    common_states: CommonStatesSettings | None = Field(
+        default_factory=CommonStatesSettings,
+        description="the states at which all methods score the same candidates, for the table of rank correlations; "
+        "null to leave it out",
+    )
     report: ReportSettings = Field(default_factory=ReportSettings, description="how results are tabulated")
 
     @model_validator(mode="after")
@@ -134,7 +140,7 @@ def load(values: dict[str, Any], programs: Collection[str] = ()) -> Config:
 
     Raises:
         UserError: a key is unknown (the line names the nearest one), a value does not fit, a method is unknown or lacks
-            the scorer it needs, a program's name is no identifier, or the representation lacks what the protocol needs.
+            the scorer it needs, or a program's name is no identifier.
     """
     try:
         config = Config.model_validate(values)
@@ -147,7 +153,7 @@ def load(values: dict[str, Any], programs: Collection[str] = ()) -> Config:
             fault = f"is a method of {registry.find(identifier).module} and a program as well"
             raise UserError(f"method {identifier}", fault, f"rename workflows/baselines/{identifier}.smk")
     for identifier in dict.fromkeys((*config.methods, *config.method_protocols)):
-        _check_truth(config, protocol_of(config, identifier))
+        protocol_of(config, identifier)
     for identifier in dict.fromkeys((*config.methods, *config.selectors, *config.method_protocols)):
         if identifier in programs:
             continue
@@ -203,14 +209,6 @@ def _check_reference(config: Config) -> None:
     if named is not None and named not in config.methods:
         fault = f"{named} is not among the methods"
         raise UserError("configuration: report.reference", fault, "name one of them, or null for none")
-
-
-def _check_truth(config: Config, protocol: ProtocolSettings) -> None:
-    """Raise a UserError if a gain is to be measured that the representation cannot give."""
-    kind = config.representation.kind
-    if protocol.truth.gain_every is not None and "copy" not in kinds.find(kind).offers:
-        fault = f"needs copies of the reconstruction, which the representation {kind} does not offer"
-        raise UserError("configuration: protocol.truth.gain_every", fault, "set it to null")
 
 
 def scorer_of(config: Config, name: str) -> ScorerSettings:

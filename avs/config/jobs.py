@@ -12,9 +12,10 @@ from typing import Literal
 from pydantic import Field
 
 from avs.config.configuration import Config, DataSet, protocol_of, scorer_of
-from avs.config.method_weights import absent_methods, is_program
+from avs.config.method_weights import absent_methods, is_program, scoring_methods
 from avs.iqa.cross_reference.scorer_settings import RenderJob, RenderSettings, ScorerSettings
 from avs.iqa.no_reference.niqe_settings import FitSettings
+from avs.nvs.common_states_settings import CommonStatesJob, CommonStatesSettings, ScoredMethodSettings
 from avs.nvs.episode_settings import EpisodeSettings
 from avs.nvs.timing_settings import RuntimeSettings, StateSettings, TimingSettings
 from avs.report.published import published_name
@@ -86,6 +87,19 @@ def _episode(config: Config, method: str) -> EpisodeSettings:
     )
 
 
+def _common_states(config: Config, _: str) -> CommonStatesJob:
+    return CommonStatesJob(
+        device=config.device,
+        protocol=config.protocol,
+        representation=config.representation,
+        common_states=config.common_states or CommonStatesSettings(),
+        methods=tuple(
+            ScoredMethodSettings(method=method, selector=config.selectors.get(method, {}))
+            for method in scoring_methods(config)
+        ),
+    )
+
+
 def _runtime_state(config: Config, _: str) -> StateSettings:
     return StateSettings(
         device=config.device,
@@ -118,7 +132,8 @@ def _nvs_table(config: Config, dataset: str) -> TableJob:
 
 
 def _ranking_table(config: Config, _: str) -> RowsJob:
-    return RowsJob(methods=config.methods, absent=absent_methods(config))
+    programs = dict.fromkeys(filter(is_program, config.methods), Reason(cause="it chooses by itself and has no scores"))
+    return RowsJob(methods=config.methods, absent=absent_methods(config) | programs)
 
 
 def _psnr_over_views(config: Config, _: str) -> FigureJob:
@@ -131,6 +146,7 @@ JOBS: dict[str, Callable[[Config, str], StrictModel]] = {
     "scorer_train": _scorer_train,
     "niqe_fit": _niqe_fit,
     "episode": _episode,
+    "common_states": _common_states,
     "runtime_state": _runtime_state,
     "runtime": _runtime,
     "runtime_table": _runtime_table,

@@ -65,6 +65,16 @@ def absent_methods(config: Config) -> dict[str, Reason]:
     return {method: reason for method in config.methods if (reason := _why_not(config, method)) is not None}
 
 
+def scoring_methods(config: Config) -> tuple[str, ...]:
+    """Return the methods of the run that score candidates at common states.
+
+    A program of its own has no scores. Those of an oracle that measures a truth are part of that truth.
+    """
+    absent = absent_methods(config)
+    able = (method for method in config.methods if method not in absent and not is_program(method))
+    return tuple(method for method in able if registry.find(method).method.measures is None)
+
+
 def _why_not(config: Config, identifier: str) -> Reason | None:
     """Return why one method cannot run, or None."""
     if is_program(identifier):

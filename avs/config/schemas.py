@@ -7,6 +7,7 @@ from pathlib import Path
 from pydantic import BaseModel
 
 from avs.config.configuration import Config
+from avs.nvs.common_states_record import CommonStates
 from avs.nvs.program import ViewList
 from avs.nvs.record import Episode, EpisodeMeta
 from avs.nvs.timing_record import Runtime
@@ -19,6 +20,7 @@ SCHEMAS: dict[str, type[BaseModel]] = {
     "episode.json": Episode,
     "episode.meta.json": EpisodeMeta,
     "views.json": ViewList,
+    "common_states.json": CommonStates,
     "runtime.json": Runtime,
 }
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 from avs.config.jobs import RowsJob, TableJob, settings_of
 from avs.config.method_weights import Made, absent_methods, is_program, weights_of
 from avs.config.run_plan import RunPlan
+from avs.nvs.common_states_settings import CommonStatesJob
 from avs.nvs.episode_settings import EpisodeSettings
-from avs.report.incomplete import UnfinishedRun, WantedEpisode, WantedRecord, WantedTable, WantedTimes
+from avs.report.incomplete import UnfinishedRun, WantedEpisode, WantedRecord, WantedStates, WantedTable, WantedTimes
+from avs.system.reasons import Reason
 
 
 def unfinished(plan: RunPlan) -> UnfinishedRun:
@@ -36,7 +39,33 @@ def _table(plan: RunPlan, dataset: str) -> WantedTable:
             for seed in plan.config.seeds
         ),
         published=None if settings.published is None else Path(settings.published),
+        states=() if plan.config.common_states is None else tuple(_states(plan, dataset)),
+        unscored=_unscored(plan),
     )
+
+
+def _unscored(plan: RunPlan) -> dict[str, Reason]:
+    settings = settings_of(plan.config, "ranking_table")
+    assert isinstance(settings, RowsJob)
+    return settings.absent
+
+
+def _states(plan: RunPlan, dataset: str) -> Iterator[WantedStates]:
+    settings = settings_of(plan.config, "common_states")
+    assert isinstance(settings, CommonStatesJob)
+    told = settings.model_dump(mode="json", include={"protocol", "representation", "common_states"})
+    for scene in plan.scenes[dataset]:
+        for seed in plan.config.seeds:
+            place = {"dataset": dataset, "scene": scene, "seed": str(seed)}
+            waited = [_logs(plan, ["common_states"], place | {"method": each.method}) for each in settings.methods]
+            own = _logs(plan, ["common_states"], place)
+            yield WantedStates(
+                path=Path(plan.records["common_states"].format(**place)),
+                scene=Path(plan.records["scene"].format(**place)),
+                logs=tuple(dict.fromkeys(log for logs in (own, *waited) for log in logs)),
+                cell=(scene, seed),
+                settings={"settings" if name == "common_states" else name: value for name, value in told.items()},
+            )
 
 
 def _episode(plan: RunPlan, method: str, dataset: str, scene: str, seed: int) -> WantedEpisode:
@@ -79,9 +108,9 @@ def _times(plan: RunPlan, dataset: str, scene: str) -> WantedTimes:
 
 
 def _logs(plan: RunPlan, own: list[str], place: dict[str, str]) -> tuple[Path, ...]:
-    """Return the logs of a job's own rules, then of the jobs that make what all jobs of its method and scene need."""
+    """Return the logs of a job's own rules, then of the jobs that make what all jobs of its scene and method need."""
     logs = [plan.logs[rule].format(**place) for rule in [*own, "scene", "kernels"]]
-    made = weights_of(plan.config, place["method"])
+    made = weights_of(plan.config, place["method"]) if "method" in place else None
     if isinstance(made, Made):
         logs.append(plan.logs[made.rule].format(scorer=made.name))
         for dataset in () if plan.config.distortions is None else plan.config.distortions.datasets:

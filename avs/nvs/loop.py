@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from avs.nvs.evaluation import Evaluator
 from avs.nvs.protocol import ProtocolSettings
-from avs.nvs.record import CurvePoint, Episode, EpisodeMeta, Step, StepTimes, StepTruth
-from avs.nvs.recorded_truth import is_measured, measure_truth
+from avs.nvs.record import CurvePoint, Episode, EpisodeMeta, Step, StepTimes
 from avs.nvs.schedule import capped_budget, initial_captures
 from avs.representations.base import Representation
 from avs.scene.scene import Scene
-from avs.selection.contract import HasNotes, Method, Selection, Selector, State
+from avs.selection.contract import HasNotes, Method, Selector, State
 from avs.selection.session import Builder, Session, timed_selection
 from avs.system import provenance
 from avs.system.seeds import seed_of
@@ -148,20 +147,15 @@ class _Loop:
         k = min(plan.protocol.views_together, self.budget - len(session.captured))
         state = self.state(step)
         timed = timed_selection(plan.method, plan.selector, state, k, plan.device)
-        peak_memory = provenance.peak_memory(plan.device)
-        start = provenance.clock(plan.device)
-        measured = self.measure_truth(state)
-        truth_seconds = provenance.clock(plan.device) - start
         self.steps.append(
             Step(
                 step=step,
                 iteration=session.iteration,
                 primitives=session.representation.primitives,
                 candidates=list(state.names),
-                scores=_recorded_scores(timed.selection),
+                scores=timed.selection.recorded_scores(),
                 chosen=[state.names[row] for row in timed.selection.indices],
                 captured=[],
-                truth=measured,
             )
         )
         self.times.append(
@@ -170,8 +164,7 @@ class _Loop:
                 score_seconds=timed.score_seconds,
                 total_seconds=timed.total_seconds,
                 fit_seconds=self.fit_seconds,
-                truth_seconds=truth_seconds,
-                peak_memory_bytes=peak_memory,
+                peak_memory_bytes=provenance.peak_memory(plan.device),
             )
         )
         self.fit_seconds = 0.0
@@ -190,14 +183,6 @@ class _Loop:
         scene, identity = self.plan.scene, self.plan.identity
         rng = np.random.default_rng(seed_of("selection", scene.name, identity.method, identity.seed, step))
         return self.session.state(rng, step, self.plan.method.oracle)
-
-    def measure_truth(self, state: State) -> StepTruth | None:
-        """Measure what the protocol asks for; the sample does not depend on the method, so that a replay repeats it."""
-        settings, scene, seed = self.plan.protocol.truth, self.plan.scene, self.plan.identity.seed
-        if not is_measured(settings, state.step):
-            return None
-        rng = np.random.default_rng(seed_of("truth", scene.name, seed, state.step))
-        return measure_truth(replace(state, truth=self.session.truth()), settings, rng)
 
     def report(self, seconds: float) -> None:
         """Tell one line about the selection just made."""
@@ -233,11 +218,3 @@ class _Loop:
             steps=self.steps,
             curve=self.curve,
         )
-
-
-def _recorded_scores(selection: Selection) -> list[float | None] | None:
-    """Return the scores, None for candidates that were not scored."""
-    if selection.scores is None or selection.scored is None:
-        return None if selection.scores is None else selection.scores.tolist()
-    pairs = zip(selection.scores.tolist(), selection.scored.tolist(), strict=True)
-    return [score if scored else None for score, scored in pairs]

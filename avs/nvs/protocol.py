@@ -21,28 +21,6 @@ class LpipsSettings(StrictModel):
     )
 
 
-class TruthSettings(StrictModel):
-    """What the record tells of the hidden photographs at selections, for the ranking table; no method sees it.
-
-    It costs time, outside of the method's clock, and changes neither a choice nor the curve.
-    """
-
-    image_every: PositiveInt | None = Field(
-        default=None,
-        description="measure every candidate's true PSNR and SSIM at every n-th selection, from the first on; "
-        "null for never",
-    )
-    gain_every: PositiveInt | None = Field(
-        default=None,
-        description="measure the gain of a sample of the candidates at every n-th selection, from the first on; "
-        "null for never",
-    )
-    gain_candidates: PositiveInt = Field(default=8, description="size of that sample, which depends on the seed alone")
-    gain_passes: PositiveInt = Field(
-        default=2, description="how often the fit that measures a gain uses each view, the candidate included"
-    )
-
-
 class ProtocolSettings(StrictModel):
     """Algorithm 1 of the paper, with its ambiguous points as fields."""
 
@@ -73,9 +51,6 @@ class ProtocolSettings(StrictModel):
         description="after a selection: continue the reconstruction (paper) or start from scratch (FisherRF's code)",
     )
     lpips: LpipsSettings = Field(default_factory=LpipsSettings, description="the LPIPS metric")
-    truth: TruthSettings = Field(
-        default_factory=TruthSettings, description="what is recorded of the photographs that no method sees"
-    )
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

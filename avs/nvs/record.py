@@ -34,19 +34,6 @@ class CurvePoint(StrictModel):
     images: list[ImageMetrics] = Field(description="one entry per test image, by name")
 
 
-class StepTruth(StrictModel):
-    """What the hidden photographs say of the candidates of one selection, in their order; no method sees it."""
-
-    psnr: list[float] | None = Field(
-        description="decibels, each candidate's current rendering against its photograph; null if not measured"
-    )
-    ssim: list[float] | None = Field(description="structural similarity of the same pairs")
-    gain: list[float | None] | None = Field(
-        description="decibels by which the mean test PSNR is higher if a copy of the reconstruction is fitted with the "
-        "candidate than without it; null for candidates that are not in the sample, and for all if not measured"
-    )
-
-
 class Step(StrictModel):
     """One selection."""
 
@@ -62,7 +49,6 @@ class Step(StrictModel):
         description="optimisation steps done when each of them was captured: those of the selection for the first, "
         "later ones for views that were chosen together with it and waited (see protocol.views_per_choice)"
     )
-    truth: StepTruth | None = Field(default=None, description="null where it was not measured (see protocol.truth)")
 
 
 class Episode(StrictModel):
@@ -100,7 +86,6 @@ class StepTimes(StrictModel):
     score_seconds: float = Field(description="selection time without rendering")
     total_seconds: float
     fit_seconds: float = Field(description="optimisation before the selection")
-    truth_seconds: float = Field(default=0.0, description="measuring the truth after the selection, no part of it")
     peak_memory_bytes: int = Field(
         description="peak resident memory of the process so far; on CUDA the allocator's peak"
     )

@@ -1,4 +1,4 @@
-"""Which views an episode begins with, and how many it ends with."""
+"""Which views an episode begins with, when more are captured, and how many it ends with."""
 
 from __future__ import annotations
 
@@ -20,6 +20,17 @@ def initial_captures(scene: Scene, protocol: ProtocolSettings, count: int | None
     pool = scene.pool
     wanted = protocol.initial_views if count is None else count
     return pool[initial_views(scene.cameras[pool].centers, wanted, protocol.initial_start)]
+
+
+def selections(protocol: ProtocolSettings, budget: int) -> list[tuple[int, int]]:
+    """Return the views captured and the steps done before each capture of an episode.
+
+    Args:
+        protocol: the settings of the loop.
+        budget: number of views at the end, after ``capped_budget``.
+    """
+    views = range(protocol.initial_views, budget, protocol.views_per_step)
+    return list(zip(views, protocol.additions, strict=False))
 
 
 def capped_budget(protocol: ProtocolSettings, pool: int, scene: str) -> tuple[int, list[str]]:

@@ -5,13 +5,15 @@ from __future__ import annotations
 import contextlib
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
+from avs.nvs.common_states_record import CommonStates
 from avs.nvs.record import Episode
 from avs.nvs.timing_record import Runtime
 from avs.report.collect import Cell, Episodes, read_dataset
+from avs.report.collect_states import read_states
 from avs.report.document import Document
 from avs.report.formats.markdown import document_markdown
 from avs.report.formats.writing import write_document
@@ -28,7 +30,7 @@ from avs.system.records import read_record
 _NVS = "nvs_"  # begins the names of the tables that a run prints
 
 _Value = TypeVar("_Value")
-_Record = TypeVar("_Record", Episode, Runtime)
+_Record = TypeVar("_Record", Episode, CommonStates, Runtime)
 
 
 @dataclass(frozen=True)
@@ -63,12 +65,33 @@ class WantedEpisode(WantedRecord):
 
 
 @dataclass(frozen=True)
+class WantedStates:
+    """The record of the common states of one scene and seed; see ``WantedEpisode``."""
+
+    path: Path
+    scene: Path
+    logs: tuple[Path, ...]
+    cell: Cell
+    settings: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
 class WantedTable:
-    """The view synthesis and the ranking table of one data set."""
+    """The view synthesis and the ranking table of one data set.
+
+    Attributes:
+        dataset: its name.
+        episodes: what the first is made from.
+        published: file of the paper's values, or None.
+        states: what the second is made from; none if the run leaves it out.
+        unscored: why a method has no scores in it, by identifier.
+    """
 
     dataset: str
     episodes: tuple[WantedEpisode, ...]
     published: Path | None
+    states: tuple[WantedStates, ...] = ()
+    unscored: Mapping[str, Reason] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -134,8 +157,10 @@ def incomplete_documents(run: UnfinishedRun) -> tuple[dict[str, Document], list[
             episodes = existing_episodes(table, run.methods)
             arguments = (table.published, run.absent, run.reference)
             documents[f"{_NVS}{table.dataset}"] = view_synthesis(episodes, run.methods, *arguments)
-            documents[f"ranking_{table.dataset}"] = score_ranking(episodes, run.methods, run.absent)
             collected[table.dataset] = episodes
+        if table.states:
+            with _left_out_into(lines):
+                documents[f"ranking_{table.dataset}"] = _ranking(table, run.methods)
     if run.times is not None:
         with _left_out_into(lines):
             episodes = collected.get(run.times.dataset, Episodes(run.times.dataset, {}))
@@ -152,7 +177,7 @@ def existing_episodes(table: WantedTable, methods: Sequence[str]) -> Episodes:
     paths: list[Path] = []
     missing: dict[str, dict[Cell, str]] = {}
     for wanted in table.episodes:
-        why = _why_no_episode(wanted)
+        why = _why_not(wanted, Episode)
         if why is None:
             paths.append(wanted.path)
         else:
@@ -163,8 +188,18 @@ def existing_episodes(table: WantedTable, methods: Sequence[str]) -> Episodes:
     return replace(read_dataset(paths, methods, table.dataset), missing=missing)
 
 
-def _why_no_episode(wanted: WantedEpisode) -> str | None:
-    found = _read(wanted, Episode)
+def _ranking(table: WantedTable, methods: Sequence[str]) -> Document:
+    reasons = {wanted.cell: _why_not(wanted, CommonStates) for wanted in table.states}
+    missing = {cell: why for cell, why in reasons.items() if why is not None}
+    paths = [wanted.path for wanted in table.states if wanted.cell not in missing]
+    if not paths:
+        raise UserError(f"ranking of {table.dataset}", "no record yet", "; ".join(dict.fromkeys(missing.values())))
+    return score_ranking(replace(read_states(paths, table.dataset), missing=missing), methods, table.unscored)
+
+
+def _why_not(wanted: WantedEpisode | WantedStates, kind: type[_Record]) -> str | None:
+    """Return why a record is not there or does not count, or None if it does."""
+    found = _read(wanted, kind)
     if isinstance(found, str):
         return found
     differing = [name for name, value in wanted.settings.items() if getattr(found, name) != value]
@@ -191,7 +226,7 @@ def _of_scene(cells: Mapping[Cell, _Value], scene: str) -> dict[Cell, _Value]:
     return {cell: value for cell, value in cells.items() if cell[0] == scene}
 
 
-def _read(wanted: WantedRecord, kind: type[_Record]) -> _Record | str:
+def _read(wanted: WantedRecord | WantedStates, kind: type[_Record]) -> _Record | str:
     """Return a record, or why it is not there or does not count."""
     if not wanted.path.exists() or not wanted.scene.exists():
         return why_missing(wanted.logs)

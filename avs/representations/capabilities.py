@@ -23,10 +23,13 @@ from avs.system.errors import UserError
 class Copyable(Protocol):
     """Capability ``copy``."""
 
-    def copy(self) -> Representation:
+    def copy(self, seed: int | None = None) -> Representation:
         """Return a copy that goes on exactly as this one would: parameters, optimiser, counters, generator.
 
         Nothing done to one of the two changes the other.
+
+        Args:
+            seed: of the random choices of the copy from here on, independent of this one's; None goes on with them.
         """
         ...
 

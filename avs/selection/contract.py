@@ -39,6 +39,9 @@ UNRANKED = {
 Direction = Literal["lowest", "highest"]
 """Which scores are captured first."""
 
+TruthName = Literal["ssim", "psnr", "gain"]
+"""What the hidden photographs say of a candidate: SSIM and PSNR of its rendering, and the gain of capturing it."""
+
 
 class Settings(StrictModel):
     """Base of a method's settings: unknown keys are errors, values do not change. Subclass it to add fields."""
@@ -101,6 +104,13 @@ class Selection:
     indices: npt.NDArray[np.int64]
     scores: npt.NDArray[np.float64] | None
     scored: npt.NDArray[np.bool_] | None = None
+
+    def recorded_scores(self) -> list[float | None] | None:
+        """Return the scores as a record has them: None for candidates that were not scored, and without any scores."""
+        if self.scores is None or self.scored is None:
+            return None if self.scores is None else self.scores.tolist()
+        pairs = zip(self.scores.tolist(), self.scored.tolist(), strict=True)
+        return [score if scored else None for score, scored in pairs]
 
 
 @runtime_checkable
@@ -211,6 +221,8 @@ class Method:
         fallback: name of parameters that a run can fit on its training scenes in place of absent published ones; they
             are passed as ``Resources.weights``.
         oracle: whether it looks at photographs that are not captured yet, through ``State.truth``.
+        measures: for an oracle whose score is itself a truth that scores are compared with: which one. Its correlation
+            with that says nothing, and those with the others need no scores of its own.
         proposed: whether the paper proposes it, so that tables and figures set it off from the others.
     """
 
@@ -226,6 +238,7 @@ class Method:
     pretrained: tuple[str, ...] = ()
     fallback: str | None = None
     oracle: bool = False
+    measures: TruthName | None = None
     proposed: bool = False
 
     def selector(self, settings: Settings, resources: Resources) -> Selector:

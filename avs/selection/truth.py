@@ -1,6 +1,6 @@
 """What the hidden photographs say of the candidates: true PSNR and SSIM, and the gain of capturing one.
 
-Oracles choose by it; ``avs.nvs.recorded_truth`` keeps it beside the scores of other methods, which never see it.
+Oracles choose by it; ``avs.nvs.common_states`` sets the scores of other methods, which never see it, against it.
 """
 
 from __future__ import annotations
@@ -48,7 +48,13 @@ def true_metrics(state: State, metrics: Sequence[ImageMetric]) -> FloatArray:
 
 
 def gains(
-    representation: Copyable, captured: Views, candidates: Views, test: Views, passes: int, metric: ImageMetric = "psnr"
+    representation: Copyable,
+    captured: Views,
+    candidates: Views,
+    test: Views,
+    passes: int,
+    metric: ImageMetric = "psnr",
+    seed: int | None = None,
 ) -> FloatArray:
     """Return how much better the test images become by capturing each candidate instead of none.
 
@@ -64,6 +70,7 @@ def gains(
         test: the test views.
         passes: how often each view is used.
         metric: what to compare, as a mean over the test images.
+        seed: of the random choices of the fits, the order of views above all; None goes on with the representation's.
 
     Returns:
         ``[n]`` differences of the metric, in decibels for PSNR.
@@ -71,7 +78,7 @@ def gains(
     steps = passes * (len(captured) + 1)
 
     def quality(views: Views) -> float:
-        fitted = representation.copy()
+        fitted = representation.copy(seed)
         fitted.fit(views, steps)
         return _mean_metric(fitted, test, metric)
 

@@ -81,6 +81,7 @@ def _image_oracle(metric: ImageMetric, name: str) -> Method:
         chooses="lowest",
         build=partial(ImageOracle, metric),
         oracle=True,
+        measures=metric,
     )
 
 
@@ -99,6 +100,7 @@ METHODS = {
         build=GainOracle,
         settings=GainSettings,
         oracle=True,
+        measures="gain",
         needs=("copy",),
     ),
 }

@@ -8,6 +8,7 @@ from avs.report.incomplete import (
     UnfinishedRun,
     WantedEpisode,
     WantedRecord,
+    WantedStates,
     WantedTable,
     WantedTimes,
     write_incomplete_tables,
@@ -16,6 +17,7 @@ from avs.scene.scene import SceneFile
 from avs.scene.similarity import IDENTITY
 from avs.system.reasons import Reason
 from avs.system.records import write_record
+from tests.report.state_records import ONE, make_states, scored, state
 from tests.report.timing_records import make_record
 
 METHODS = ("random", "fisherrf", "ours-repvit")
@@ -57,12 +59,16 @@ class Results:
                     if not {(method, scene, seed), (method, scene), (method,), (scene,), (seed,)} & set(without):
                         self.put(method, scene, seed)
 
+    def put_states(self, scene, seed, **changes):
+        record = make_states([state()], [scored("random", ONE)], scene, seed, **changes)
+        write_record(self.folder / "states" / scene / f"{seed}.json", record)
+
     def log(self, name, text):
         path = self.folder / "logs" / f"{name}.log"
         path.parent.mkdir(exist_ok=True)
         path.write_text(text)
 
-    def write(self, methods=METHODS, times=None, absent=None):
+    def write(self, methods=METHODS, times=None, absent=None, ranked=False):
         protocol = self.make_episode("random").protocol
         wanted = tuple(
             WantedEpisode(
@@ -77,7 +83,18 @@ class Results:
             for scene in SCENES
             for seed in SEEDS
         )
-        tables = (WantedTable("orbit", wanted, None),)
+        states = tuple(
+            WantedStates(
+                path=self.folder / "states" / scene / f"{seed}.json",
+                scene=self.folder / "scenes" / scene / "scene.json",
+                logs=tuple(self.folder / "logs" / f"{name}.log" for name in (f"states-{scene}-{seed}", scene)),
+                cell=(scene, seed),
+                settings={"protocol": {"iterations": 100}},
+            )
+            for scene in SCENES
+            for seed in SEEDS
+        )
+        tables = (WantedTable("orbit", wanted, None, states if ranked else ()),)
         run = UnfinishedRun((*methods, *(absent or {})), "ours-repvit", absent or {}, tables, times)
         return write_incomplete_tables(run, self.folder / "tables_incomplete")
 
@@ -191,3 +208,24 @@ def test_selection_times_name_the_methods_that_are_not_timed(results, tmp_path):
         record.path.unlink()
     _, left_out = results.write(times=WantedTimes("orbit", "attic", tuple(records), {}, ()))
     assert left_out[0].startswith("left out: table of selection times: no method is timed yet; random: too slow")
+
+
+def test_a_ranking_names_the_common_states_that_are_missing_and_why(results, tmp_path):
+    results.put_all()
+    for scene, seed in (("attic", 0), ("attic", 1), ("cellar", 1)):
+        results.put_states(scene, seed, protocol={"iterations": 7 if seed else 100})
+    results.log("states-cellar-0", "random: scored\nerror: cellar/b.png: damaged; copy it again\n")
+    _, left_out = results.write(ranked=True)
+    assert left_out == []
+    text = (tmp_path / "tables_incomplete" / "ranking_orbit.md").read_text()
+    assert text.startswith("Incomplete: 3 of 4 records of common states are missing. Rank correlation")
+    assert "- cellar with seed 0: cellar/b.png: damaged; copy it again\n" in text
+    assert "- attic with seed 1: it was run with another protocol\n" in text
+    assert "| Random | **0.80**" in text
+
+
+def test_a_ranking_without_any_record_is_a_line_and_the_other_table_is_there(results):
+    results.put_all()
+    tables, left_out = results.write(ranked=True)
+    assert len(tables) == 1
+    assert left_out == ["left out: ranking of orbit: no record yet; its job has not run"]

@@ -50,6 +50,19 @@ def test_a_copy_goes_on_with_the_same_bits(fitted, tmp_path):
     assert state(twin, tmp_path / "twin") == state(splats, tmp_path / "original")
 
 
+def test_a_copy_with_a_seed_has_choices_of_its_own(fitted, tmp_path):
+    splats, views = fitted
+    before = state(splats, tmp_path / "before")
+    twins = [splats.copy(seed) for seed in (1, 1, 2)]
+    for twin in twins:
+        np.testing.assert_array_equal(twin.centres, splats.centres)
+        twin.fit(views, 20)
+    first, same, other = (state(twin, tmp_path / "twin") for twin in twins)
+    assert first == same
+    assert first != other
+    assert state(splats, tmp_path / "after") == before
+
+
 def test_fitting_a_copy_changes_nothing_of_the_original(fitted, tmp_path):
     splats, views = fitted
     before = state(splats, tmp_path / "before")

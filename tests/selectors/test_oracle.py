@@ -20,7 +20,7 @@ class Painted:
     def fit(self, views, iterations):
         self.level = float(np.mean([image.mean() for image in views.images])) / 255
 
-    def copy(self):
+    def copy(self, seed=None):
         return Painted(self.level)
 
     def render(self, cameras):

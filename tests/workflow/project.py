@@ -50,6 +50,7 @@ def tiny():
     for dataset in values["datasets"].values():
         dataset["capture"] = {"views": 16, "long_side": 48}
     values["protocol"] |= {"budget": 6, "additions": [4, 8], "iterations": 12}
+    values["common_states"] = {"views": [5], "gain_candidates": 3, "gain_passes": 1}
     return values
 
 

@@ -98,7 +98,8 @@ def test_editing_a_selector_reruns_its_own_episodes_and_what_follows(edited):
     with open(edited / "avs" / "selectors" / "farthest.py", "a") as stream:
         stream.write("\n# an edit\n")
     jobs = planned(run(edited, "-n", "tables"))
-    assert jobs == {"episode": 1, "nvs_table": 1, "ranking_table": 1, "psnr_over_views": 1, "tables": 1, "total": 5}
+    tables = {"nvs_table": 1, "ranking_table": 1, "psnr_over_views": 1, "tables": 1}
+    assert jobs == {"episode": 1, "common_states": 1, **tables, "total": 6}
 
 
 def test_touching_a_file_reruns_nothing(edited):
@@ -109,17 +110,16 @@ def test_touching_a_file_reruns_nothing(edited):
 @pytest.mark.parametrize(
     ("edit", "jobs"),
     [
-        ({"selectors": {"random": {"reshuffle": True}}}, {"settings": 1, "episode": 1}),
-        ({"seeds": [0, 1]}, {"episode": 2}),
+        # what the episodes of the method are told, and what the common states are
+        ({"selectors": {"random": {"reshuffle": True}}}, {"settings": 2, "episode": 1, "common_states": 1}),
+        ({"seeds": [0, 1]}, {"episode": 2, "common_states": 1}),
     ],
 )
 def test_a_change_of_configuration_reruns_what_reads_it(edited, edit, jobs):
     (edited / "tiny.yaml").write_text(yaml.safe_dump(tiny() | edit))
     result = planned(run(edited, "-n", "tables"))
-    assert {rule: result.get(rule, 0) for rule in ("settings", "scene", "episode")} == {
-        "settings": 0,
-        "scene": 0,
-    } | jobs
+    rules = ("settings", "scene", "episode", "common_states")
+    assert {rule: result.get(rule, 0) for rule in rules} == dict.fromkeys(rules, 0) | jobs
 
 
 def test_a_killed_run_resumes_to_the_same_tables(finished, tmp_path):

@@ -1,4 +1,7 @@
-# Active novel view synthesis: one episode per data set, scene, method and seed.
+# Active novel view synthesis: one episode per data set, scene, method and seed; and one record per data set, scene and
+# seed of the states at which all methods score the same candidates.
+
+from avs.config.method_weights import scoring_methods
 
 
 module program:
@@ -51,12 +54,16 @@ def method_code(wildcards):
     return sources("avs.nvs.experiment", REPRESENTATION.module, method)
 
 
-def method_weights(wildcards):
+def weights_of_method(method):
     """Return the file of weights that a method gets, if any: one that is here, or one that a rule makes."""
-    weights = weights_of(settings, wildcards.method)
+    weights = weights_of(settings, method)
     if isinstance(weights, Made):
         return MADE[weights.rule].format(name=weights.name)
     return str(weights or "") or []
+
+
+def method_weights(wildcards):
+    return weights_of_method(wildcards.method)
 
 
 def weights_option(wildcards, input):
@@ -100,3 +107,54 @@ rule episode:
     shell:
         "{AVS} episode {params.scene} {wildcards.seed} --settings {input.settings} {params.weights} {params.views}"
         " --out {params.folder} --log {log}"
+
+
+COMMON_STATES = f"{RESULTS}/common_states/{{dataset}}/{{scene}}/{{seed}}.json"
+SCORING = scoring_methods(settings)
+
+
+def common_states(dataset):
+    """Return the records of the common states of a data set, in order of scene and seed."""
+    return expand(
+        COMMON_STATES, dataset=dataset, scene=SCENES[dataset], seed=settings.seeds
+    )
+
+
+def scoring_code():
+    """Return the source files of all methods that score, and of what they score."""
+    modules = [registry.find(method).module for method in SCORING]
+    return sources("avs.nvs.common_states", REPRESENTATION.module, *modules)
+
+
+def scoring_weights():
+    """Return the files of weights of the methods that score, by identifier."""
+    files = {method: weights_of_method(method) for method in SCORING}
+    return {method: file for method, file in files.items() if file}
+
+
+def scoring_weights_options(wildcards):
+    return [f"--weights {method}={file}" for method, file in scoring_weights().items()]
+
+
+rule common_states:
+    input:
+        scene=SCENE,
+        weights=list(scoring_weights().values()),
+        kernels=ancient(KERNELS),
+        settings=f"{RESULTS}/settings/common_states.json",
+        code=scoring_code(),
+    output:
+        COMMON_STATES,
+    log:
+        COMMON_STATES.replace(RESULTS, LOGS).replace(".json", ".log"),
+    priority: 1  # longer than an episode, so that none is left at the end
+    resources:
+        gpu=int(settings.device == "cuda"),
+    params:
+        scene=subpath(input.scene, parent=True),
+        weights=scoring_weights_options,
+    message:
+        "common states of {wildcards.scene} of {wildcards.dataset}, seed {wildcards.seed}: scores and truth"
+    shell:
+        "{AVS} common_states {params.scene} {wildcards.seed} --settings {input.settings} {params.weights}"
+        " --out {output} --log {log}"

@@ -24,10 +24,16 @@ def write_plan():
         "niqe_fit": rules.niqe_fit.log[0],
         "views": rules.episode.log[0].replace(".log", ".views.log"),
         "episode": rules.episode.log[0],
+        "common_states": rules.common_states.log[0],
         "runtime_state": rules.runtime_state.log[0],
         "runtime": rules.runtime.log[0],
     }
-    records = {"scene": SCENE, "episode": EPISODE, "runtime": rules.runtime.output[0]}
+    records = {
+        "scene": SCENE,
+        "episode": EPISODE,
+        "common_states": COMMON_STATES,
+        "runtime": rules.runtime.output[0],
+    }
     plan = RunPlan(
         config=settings,
         scenes={dataset: tuple(scenes) for dataset, scenes in LISTED.items()},
@@ -46,6 +52,17 @@ def published_file(wildcards):
 
 def dataset_episodes(wildcards):
     return episodes(wildcards.dataset)
+
+
+def dataset_states(wildcards):
+    return common_states(wildcards.dataset)
+
+
+def ranking_tables(wildcards):
+    """Return the table of rank correlations of each data set, unless the configuration leaves them out."""
+    if settings.common_states is None:
+        return []
+    return expand(f"{RESULTS}/tables/ranking_{{dataset}}.csv", dataset=SCENES)
 
 
 def all_episodes(wildcards):
@@ -95,11 +112,18 @@ rule nvs_table:
 
 rule ranking_table:
     input:
-        episodes=dataset_episodes,
+        records=dataset_states,
         settings=f"{RESULTS}/settings/ranking_table.json",
         code=sources("avs.report.tables.score_ranking"),
     output:
-        multiext(f"{RESULTS}/tables/ranking_{{dataset}}", ".csv", ".md", ".tex"),
+        multiext(
+            f"{RESULTS}/tables/ranking_{{dataset}}",
+            ".csv",
+            ".md",
+            ".tex",
+            "_per_state.csv",
+            "_gain.csv",
+        ),
     log:
         f"{LOGS}/tables/ranking_{{dataset}}.log",
     params:
@@ -107,7 +131,7 @@ rule ranking_table:
     message:
         "ranking of {wildcards.dataset}"
     shell:
-        "{AVS} ranking_table {input.episodes} --dataset {wildcards.dataset} --settings {input.settings}"
+        "{AVS} ranking_table {input.records} --dataset {wildcards.dataset} --settings {input.settings}"
         " --out {params.stem} --log {log}"
 
 
@@ -152,11 +176,8 @@ rule psnr_over_views:
 
 rule tables:
     input:
-        expand(
-            f"{RESULTS}/tables/{{table}}_{{dataset}}.csv",
-            table=("nvs", "ranking"),
-            dataset=SCENES,
-        ),
+        expand(f"{RESULTS}/tables/nvs_{{dataset}}.csv", dataset=SCENES),
+        ranking_tables,
         runtime_tables,
         f"{RESULTS}/figures/psnr_over_views.pdf",
 

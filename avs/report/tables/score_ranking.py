@@ -2,147 +2,216 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from avs.report.collect import Episodes, read_dataset
-from avs.report.document import Cell, Column, Document, Listing
+from avs.report.collect_states import StateRecords, read_states
+from avs.report.document import Cell, Column, Document, Group, Listing, Row
 from avs.report.formats.numbers import plain
 from avs.report.formats.writing import write_document
 from avs.report.methods import Presented, presented
 from avs.report.tables.arrangement import arranged
-from avs.report.tables.episode_gaps import fewer_seeds, incomplete
-from avs.report.tables.episode_notes import own_schedules, repeated_notes
+from avs.report.tables.gain_reliability import Reliability, reliability, reliability_listing
 from avs.report.tables.score_ranking_numbers import COLUMNS, Ranking, summarise_ranking
-from avs.report.tables.table_notes import missing_notes, scenes_and_seeds, unranked_notes, whole_row
+from avs.report.tables.table_notes import count, unranked_notes, whole_row
 from avs.system.reasons import Reason
+from metrics.statistics import ENOUGH_FOR_SPREAD
 
-FIELDS = ("method", "group", "target", "statistic", "mean", "spread", "over", "scenes", "seeds", "steps", "note")
+FIELDS = ("method", "group", "target", "statistic", "mean", "spread", "states", "scenes", "seeds", "note")
 """Columns of the csv file."""
 
-_DECIMALS = 4  # of the csv file
+STATE_FIELDS = ("method", "target", "statistic", "scene", "seed", "views", "candidates", "value")
+"""Columns of the csv file of states."""
+
+MEASUREMENT = "Measurement"
+"""Group of the rows that tell how far the gain can be trusted."""
+
+_DECIMALS = 4  # of the csv files
 
 _Numbers = Mapping[str, Mapping[str, Ranking]]
 
 
 def write_ranking_table(
-    episodes: Sequence[Path], methods: Sequence[str], dataset: str, out: Path, absent: Mapping[str, Reason]
+    records: Sequence[Path], methods: Sequence[str], dataset: str, out: Path, absent: Mapping[str, Reason]
 ) -> None:
-    """Write ``out`` with the suffixes ``.csv``, ``.md`` and ``.tex``.
+    """Write ``out`` with the suffixes ``.csv``, ``.md`` and ``.tex``, ``_per_state.csv`` and ``_gain.csv``.
 
-    Equal records give equal bytes, whatever the order of ``episodes``. How each number is computed is described in
+    Equal records give equal bytes, whatever their order. How each number is computed is described in
     ``docs/tables.md``.
 
     Args:
-        episodes: ``episode.json`` files of the data set.
+        records: the common states of the data set, one file for each scene and seed.
         methods: see ``score_ranking``.
         dataset: name of the data set.
         out: path of the table without suffix.
         absent: see ``score_ranking``.
 
     Raises:
-        UserError: no episodes; or a record is missing, damaged, of another data set or not comparable with the others.
+        UserError: no records; or one is missing, damaged, of another data set or not comparable with the others.
     """
-    write_document(score_ranking(read_dataset(episodes, methods, dataset), methods, absent), out)
+    write_document(score_ranking(read_states(records, dataset), methods, absent), out)
 
 
-def score_ranking(episodes: Episodes, methods: Sequence[str], absent: Mapping[str, Reason]) -> Document:
+def score_ranking(records: StateRecords, methods: Sequence[str], absent: Mapping[str, Reason]) -> Document:
     """Return the table of rank correlations between scores and truth.
 
     Args:
-        episodes: the episodes of one data set.
+        records: the common states of one data set.
         methods: identifiers of the methods, in the order of rows; each has its row, with the reason where it has no
             number.
-        absent: why a method could not run, by identifier.
+        absent: why a method has no scores, by identifier.
     """
-    numbers = summarise_ranking(episodes, methods, absent)
-    rows = [presented(method, episodes) for method in methods]
-    metrics = [column.metric for column in COLUMNS]
-    columns = tuple(Column(metric) for metric in metrics)
-    reasons = {method: {metric: each.missing for metric, each in row.items()} for method, row in numbers.items()}
-    notes = [
-        *missing_notes(episodes, metrics, rows, reasons),
-        *_gain_note(episodes),
-        *(line for row in rows for line in _left_out_notes(row, numbers[row.identifier])),
-    ]
+    numbers = summarise_ranking(records, methods, absent)
+    rows = [presented(method) for method in methods]
+    columns = tuple(Column(column.metric) for column in COLUMNS)
+    cells = {method: _cells(row.values()) for method, row in numbers.items()}
+    measured = reliability(records)
     return Document(
-        label=f"ranking-{episodes.dataset}",
-        caption=(*incomplete(episodes), *_caption(episodes, numbers)),
+        label=f"ranking-{records.dataset}",
+        caption=(*_incomplete(records), *_caption(records, measured)),
         columns=columns,
-        groups=arranged(columns, rows, {method: _cells(row) for method, row in numbers.items()}),
-        notes=(*dict.fromkeys(notes), *own_schedules(episodes), *repeated_notes(episodes), *unranked_notes(rows)),
-        listing=_listing(episodes, rows, numbers),
+        groups=(*arranged(columns, rows, cells), *_measurement(measured)),
+        notes=(*_notes(records, rows, numbers), *unranked_notes(rows)),
+        listing=_listing(rows, numbers),
+        appendices={"_per_state": _states(rows, numbers), "_gain": reliability_listing(records)},
     )
 
 
-def _cells(row: Mapping[str, Ranking]) -> list[Cell]:
-    whole = whole_row(each.missing for each in row.values())
+def _cells(row: Iterable[Ranking]) -> list[Cell]:
+    rankings = list(row)
+    whole = whole_row(each.missing for each in rankings)
     return [
         Cell(each.mean, each.spread, cause=whole.cause if whole is not None and index == 0 else None)
-        for index, each in enumerate(row.values())
+        for index, each in enumerate(rankings)
     ]
 
 
-def _listing(episodes: Episodes, rows: Sequence[Presented], numbers: _Numbers) -> Listing:
-    """Return one record for each method and correlation in the order of the table."""
-    records: list[tuple[str | int, ...]] = []
-    for row in rows:
-        fewer = fewer_seeds(episodes, row.identifier)
-        for column in COLUMNS:
-            each = numbers[row.identifier][column.metric.identifier]
-            notes = [*_left_out(each.left_out), *([] if fewer is None else [fewer])]
-            if each.missing is not None:
-                notes = [str(each.missing)]
-            texts = (plain(each.mean, _DECIMALS), plain(each.spread, _DECIMALS), each.over)
-            counts = (each.scenes, each.seeds, each.steps)
-            records.append(
-                (row.identifier, row.group, column.target, column.statistic, *texts, *counts, "; ".join(notes))
-            )
-    return Listing(FIELDS, tuple(records))
+def _measurement(measured: Reliability | None) -> tuple[Group, ...]:
+    """Return the rows that say how far the columns of the gain can be trusted, if it is measured."""
+    if measured is None:
+        return ()
+    retest, bound = [], []
+    for column in COLUMNS:
+        of_gain = column.target == "gain"
+        ranking = measured.retest[column.statistic]
+        retest.append(Cell(ranking.mean, ranking.spread) if of_gain else Cell())
+        bound.append(Cell(measured.bound if of_gain and column.statistic == "spearman" else None))
+    rows = (Row("gain, measured again", tuple(retest)), Row("bound for any score", tuple(bound)))
+    return (Group(MEASUREMENT, rows),)
 
 
-def _caption(episodes: Episodes, numbers: _Numbers) -> list[str]:
-    spreads = sorted({each.over for row in numbers.values() for each in row.values() if each.over}, reverse=True)
+def _caption(records: StateRecords, measured: Reliability | None) -> list[str]:
+    views = sorted({state.views for _, state in records.states})
+    order = next(iter(records.cells.values())).settings["order"]
+    number = len(list(records.states))
     sentences = [
-        f"Rank correlation of each method's scores with the truth on the data set {episodes.dataset}: "
-        f"{', '.join(scenes_and_seeds(episodes))}.",
+        f"Rank correlation of each method's scores with the truth on the data set {records.dataset}, at "
+        f"{count(number, 'common state')}: {count(len(records.scenes), 'scene')} ({', '.join(records.scenes)}), "
+        f"{count(len(records.seeds), 'seed')} ({', '.join(map(str, records.seeds))}), "
+        f"{', '.join(map(str, views))} captured views.",
+        f"At each state all methods score the same candidates of the same reconstruction, whose views are captured in "
+        f"{'random order' if order == 'random' else 'the order of farthest-view sampling'}.",
         "One means that the method would take the candidates in the very order of the truth: lowest SSIM or PSNR "
         "against the hidden photograph first, or highest gain in test PSNR first; zero means no relation.",
-        "Mean over selections, scenes and seeds, at the states that the method's own choices led to.",
     ]
-    if spreads:
-        sentences.append(f"After the plus-minus sign: standard deviation over {' or '.join(spreads)}.")
-    return sentences
+    if number >= ENOUGH_FOR_SPREAD:
+        sentences.append(
+            f"After the plus-minus sign: standard deviation over the {number} states; states of one scene are alike, "
+            "so that it does not tell how the mean would differ on other scenes."
+        )
+    return sentences + ([] if measured is None else _reliability(measured, number))
 
 
-def _gain_note(episodes: Episodes) -> list[str]:
-    """Tell how the gain was measured; all episodes of a table share these settings."""
-    truth = episodes.all[0].protocol.get("truth")
-    if not isinstance(truth, dict) or truth.get("gain_every") is None:
-        return []
+def _reliability(measured: Reliability, states: int) -> list[str]:
+    retest = measured.retest["spearman"]
+    if measured.bound is None or measured.of_mean is None or retest.mean is None:
+        return [f"The gain was measured twice, without a correlation of the two: {retest.missing}."]
     return [
-        f"gain: {truth['gain_candidates']} random candidates at one in {truth['gain_every']} selections, from the "
-        f"first on; a copy fitted with the candidate against a copy fitted without it, until each view was used "
-        f"{_times(truth['gain_passes'])}"
+        "The gain is the mean of two measurements with independent random streams, whose Spearman correlation is "
+        f"{retest.mean:.2f} (mean of {count(states, 'state')}); for the mean of both that makes a reliability of "
+        f"{measured.of_mean:.2f} (Spearman-Brown), and no score can be expected to correlate with it by more than the "
+        f"root, {measured.bound:.2f}."
     ]
+
+
+def _incomplete(records: StateRecords) -> list[str]:
+    if not records.missing:
+        return []
+    total = len(records.cells) + len(records.missing)
+    verb = "is" if len(records.missing) == 1 else "are"
+    return [f"Incomplete: {len(records.missing)} of {total} records of common states {verb} missing."]
+
+
+def _notes(records: StateRecords, rows: Sequence[Presented], numbers: _Numbers) -> list[str]:
+    first = next(iter(records.cells.values()))
+    lines = [f"{scene} with seed {seed}: {why}" for (scene, seed), why in records.missing.items()]
+    lines += [note for record in records.cells.values() for note in record.notes]
+    if any(state.gains is not None for _, state in records.states):
+        sampled = first.settings["gain_candidates"]
+        lines.append(
+            f"gain: of {'all' if sampled is None else f'{sampled} random'} candidates; a copy fitted with the "
+            f"candidate against a copy fitted without it, until each view was used "
+            f"{_times(first.settings['gain_passes'])}; twice, with independent orders of the views"
+        )
+    for row in rows:
+        scored = list(records.of_method(row.identifier).values())
+        lines += [note for each in scored for note in each.notes]
+        if any(each.own_fit for each in scored):
+            lines.append(
+                f"{row.label}: scores a twin of the reconstruction, fitted its way on the same views; the truth is "
+                "that of the common one"
+            )
+        lines += _missing(row, numbers[row.identifier])
+    return list(dict.fromkeys(lines))
+
+
+def _missing(row: Presented, ranking: Mapping[str, Ranking]) -> list[str]:
+    """Say why cells of a row are empty or leave states out, each reason once with its columns."""
+    columns: dict[str, list[str]] = {}
+    for column in COLUMNS:
+        each = ranking[column.metric.identifier]
+        for line in [str(each.missing)] if each.missing is not None else _left_out(each):
+            columns.setdefault(line, []).append(column.metric.name)
+    places = {line: "" if len(names) == len(COLUMNS) else f" ({'; '.join(names)})" for line, names in columns.items()}
+    return [f"{row.label}{place}: {line}" for line, place in places.items()]
+
+
+def _left_out(ranking: Ranking) -> list[str]:
+    return [f"{count(number, 'state')} left out, {reason}" for reason, number in ranking.left_out.items()]
 
 
 def _times(number: int) -> str:
     return "once" if number == 1 else f"{number} times"
 
 
-def _left_out_notes(method: Presented, row: Mapping[str, Ranking]) -> list[str]:
-    """Count the selections without a correlation, once for all columns that share the count and the reason."""
-    columns: dict[str, list[str]] = {}
-    for column in COLUMNS:
-        for line in _left_out(row[column.metric.identifier].left_out):
-            columns.setdefault(line, []).append(column.metric.name)
-    lines = []
-    for line, names in columns.items():
-        where = "" if len(names) == len(COLUMNS) else f" ({'; '.join(names)})"
-        lines.append(f"{method.label}{where}: {line}")
-    return lines
+def _listing(rows: Sequence[Presented], numbers: _Numbers) -> Listing:
+    """Return one record for each method and correlation in the order of the table."""
+    records: list[tuple[str | int, ...]] = []
+    for row in rows:
+        for column in COLUMNS:
+            each = numbers[row.identifier][column.metric.identifier]
+            cells = {state.cell for state in each.defined}
+            counts = (len(each.defined), len({scene for scene, _ in cells}), len({seed for _, seed in cells}))
+            note = "; ".join(_left_out(each)) if each.missing is None else str(each.missing)
+            values = (plain(each.mean, _DECIMALS), plain(each.spread, _DECIMALS))
+            records.append((row.identifier, row.group, column.target, column.statistic, *values, *counts, note))
+    return Listing(FIELDS, tuple(records))
 
 
-def _left_out(reasons: Mapping[str, int]) -> list[str]:
-    return [f"{count} selection{'s' if count > 1 else ''} left out, {reason}" for reason, count in reasons.items()]
+def _states(rows: Sequence[Presented], numbers: _Numbers) -> Listing:
+    """Return one record for each method, correlation and state; an undefined correlation is empty."""
+    records: list[tuple[str | int, ...]] = [
+        (
+            row.identifier,
+            column.target,
+            column.statistic,
+            *state.cell,
+            state.views,
+            state.candidates,
+            plain(state.correlation.value, _DECIMALS),
+        )
+        for row in rows
+        for column in COLUMNS
+        for state in numbers[row.identifier][column.metric.identifier].states
+    ]
+    return Listing(STATE_FIELDS, tuple(records))

@@ -5,37 +5,35 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import get_args
 
 import numpy as np
 import numpy.typing as npt
 
-from avs.nvs.record import Episode, Step
-from avs.report.collect import Cell, Episodes
-from avs.report.tables.episode_gaps import missing_row
-from avs.selection.contract import Direction
+from avs.nvs.common_states_record import CommonState
+from avs.report.collect import Cell
+from avs.report.collect_states import StateRecords
+from avs.selection import registry
+from avs.selection.contract import Direction, TruthName
 from avs.system.reasons import Reason
 from metrics.definitions import Metric
 from metrics.ranking import Correlation, kendall, spearman
-from metrics.statistics import spread_of, summarise
+from metrics.statistics import spread_of
 
 FloatArray = npt.NDArray[np.float64]
-Target = Literal["ssim", "psnr", "gain"]
+Values = Sequence[float | None]
 
 STATISTICS = {"spearman": spearman, "kendall": kendall}
 """Rank correlations by identifier."""
 
-SETTINGS: dict[Target, str] = {"ssim": "image_every", "psnr": "image_every", "gain": "gain_every"}
-"""The truths by identifier, and the setting of ``protocol.truth`` that has them measured."""
-
-_NAMES: dict[Target, str] = {"ssim": "SSIM", "psnr": "PSNR", "gain": "gain"}
+_NAMES: dict[TruthName, str] = {"ssim": "SSIM", "psnr": "PSNR", "gain": "gain"}
 
 
 @dataclass(frozen=True)
 class Correlated:
     """One correlation: which truth, which statistic, and how the column is printed."""
 
-    target: Target
+    target: TruthName
     statistic: str
     metric: Metric
 
@@ -53,10 +51,27 @@ COLUMNS = tuple(
             description=f"rank correlation of a method's scores and the true {_NAMES[target]}",
         ),
     )
-    for target in SETTINGS
+    for target in get_args(TruthName)
     for statistic in STATISTICS
 )
 """The columns, in order."""
+
+
+@dataclass(frozen=True)
+class StateCorrelation:
+    """One correlation at one state.
+
+    Attributes:
+        cell: scene and seed.
+        views: number of captured views.
+        candidates: how many have a score and the truth.
+        correlation: the value, or why there is none.
+    """
+
+    cell: Cell
+    views: int
+    candidates: int
+    correlation: Correlation
 
 
 @dataclass(frozen=True)
@@ -64,96 +79,138 @@ class Ranking:
     """One correlation of one method.
 
     Attributes:
-        mean: mean over seeds of the mean over scenes of the mean over selections, or None with a reason in ``missing``.
-        spread: standard deviation over seeds of the mean over scenes or, with fewer than three seeds, over scenes of
-            the mean over seeds; None where there are not three of either.
-        over: what the spread is over: ``seeds``, ``scenes``, or empty where there is no spread.
-        scenes: number of scenes in the mean.
-        seeds: number of seeds in the mean.
-        steps: number of selections in the mean, over all scenes and seeds.
-        left_out: selections whose correlation is undefined, by reason.
+        mean: mean over scenes and seeds of the mean over states, or None with a reason in ``missing``.
+        spread: standard deviation (n - 1) over all states; None for fewer than three.
+        states: the correlation at each state, those that are undefined too.
         missing: why there is no mean, or None.
     """
 
     mean: float | None = None
     spread: float | None = None
-    over: str = ""
-    scenes: int = 0
-    seeds: int = 0
-    steps: int = 0
-    left_out: Mapping[str, int] = field(default_factory=dict)
+    states: Sequence[StateCorrelation] = field(default_factory=list)
     missing: Reason | None = None
+
+    @property
+    def defined(self) -> list[StateCorrelation]:
+        """The states in the mean."""
+        return [each for each in self.states if each.correlation.value is not None]
+
+    @property
+    def left_out(self) -> dict[str, int]:
+        """The states whose correlation is undefined, by reason."""
+        reasons = (each.correlation.reason for each in self.states)
+        return dict(sorted(Counter(reason for reason in reasons if reason is not None).items()))
 
 
 def summarise_ranking(
-    episodes: Episodes, methods: Sequence[str], absent: Mapping[str, Reason]
+    records: StateRecords, methods: Sequence[str], absent: Mapping[str, Reason]
 ) -> dict[str, dict[str, Ranking]]:
     """Compute every correlation, by identifier of the method and of the column.
 
     Args:
-        episodes: the episodes of one data set.
+        records: the common states of one data set.
         methods: identifiers of the rows; those without numbers have the reason.
-        absent: why a method could not run, by identifier.
+        absent: why a method has no scores, by identifier.
     """
     return {
-        method: {column.metric.identifier: _ranking(episodes, method, column, absent) for column in COLUMNS}
+        method: {column.metric.identifier: _ranking(records, method, column, absent) for column in COLUMNS}
         for method in methods
     }
 
 
-def oriented(step: Step, chooses: Direction, target: Target) -> tuple[FloatArray, FloatArray] | None:
+def oriented(scores: Values, chooses: Direction, truth: Values, target: TruthName) -> tuple[FloatArray, FloatArray]:
     """Return the scores and the truth of the candidates that have both, each turned so that the first choice is high.
 
     A method takes the lowest or the highest score first, as ``chooses`` tells. The truth has the lowest SSIM or PSNR
-    first, as the paper's hypothesis says, and the highest gain.
-
-    Returns:
-        Two arrays ``[n]``, or None if the selection has no scores or the truth was not measured at it.
+    first, as the paper's hypothesis says, and the highest gain. Two arrays ``[n]``.
     """
-    truth = None if step.truth is None else getattr(step.truth, target)
-    if step.scores is None or truth is None:
-        return None
-    both = [pair for pair in zip(step.scores, truth, strict=True) if None not in pair]
+    both = [pair for pair in zip(scores, truth, strict=True) if None not in pair]
     values = np.array(both, dtype=np.float64).reshape(-1, 2)
     return values[:, 0] * (1 if chooses == "highest" else -1), values[:, 1] * (1 if target == "gain" else -1)
 
 
-def _ranking(episodes: Episodes, method: str, column: Correlated, absent: Mapping[str, Reason]) -> Ranking:
-    reason = missing_row(episodes, method, absent)
+def truth_of(state: CommonState, target: TruthName) -> Values | None:
+    """Return a truth of the candidates of a state, of the gain the mean of its measurements; None if not measured."""
+    if target != "gain":
+        values: Values = getattr(state, target)
+        return values
+    if state.gains is None:
+        return None
+    return [None if None in pair else float(np.mean(pair)) for pair in zip(*state.gains, strict=True)]
+
+
+def averaged(states: Sequence[StateCorrelation]) -> Ranking:
+    """Return the mean over scenes and seeds of the mean over states, where each of them has a correlation at least."""
+    cells: dict[Cell, list[float]] = {each.cell: [] for each in states}
+    for each in states:
+        if each.correlation.value is not None:
+            cells[each.cell].append(each.correlation.value)
+    for (scene, seed), values in cells.items():
+        if not values:
+            reasons = {each.correlation.reason for each in states if each.cell == (scene, seed)}
+            cause = f"{scene}, seed {seed}: {', '.join(sorted(filter(None, reasons)))}"
+            return Ranking(states=states, missing=Reason(cause=cause))
+    every = [value for values in cells.values() for value in values]
+    return Ranking(float(np.mean([np.mean(values) for values in cells.values()])), spread_of(every), states)
+
+
+def _ranking(records: StateRecords, method: str, column: Correlated, absent: Mapping[str, Reason]) -> Ranking:
+    if method in absent:
+        return Ranking(missing=absent[method])
+    if any(truth_of(state, column.target) is None for _, state in records.states):
+        return Ranking(missing=Reason(cause="not measured: the reconstruction cannot be copied"))
+    registered = registry.methods().get(method)
+    measures = None if registered is None else registered.method.measures
+    if registered is not None and measures is not None:
+        if measures == column.target:
+            return Ranking(missing=Reason(cause="the score is this truth itself"))
+        return averaged(_of_truth(records, measures, registered.method.chooses, column))
+    scored = records.of_method(method)
+    reason = _unscored(records, method)
     if reason is not None:
         return Ranking(missing=reason)
-    seeds, scenes = episodes.complete_seeds(method), episodes.scenes
-    cells: dict[Cell, list[Correlation]] = {
-        (scene, seed): _correlations(episodes.cells[method][scene, seed], column) for scene in scenes for seed in seeds
-    }
-    found = {
-        cell: [each.value for each in correlations if each.value is not None] for cell, correlations in cells.items()
-    }
-    for cell, values in found.items():
-        if not values:
-            return Ranking(missing=_undefined(episodes.cells[method][cell], cells[cell], column))
-    means = np.array([[np.mean(found[scene, seed]) for scene in scenes] for seed in seeds])
-    summary = summarise(means)
-    spread, over = summary.spread, "seeds"
-    if spread is None:
-        spread, over = spread_of(means.mean(axis=0)), "scenes"
-    left_out = Counter(each.reason for correlations in cells.values() for each in correlations if each.reason)
-    steps = sum(map(len, found.values()))
-    over = "" if spread is None else over
-    return Ranking(summary.mean, spread, over, len(scenes), len(seeds), steps, dict(sorted(left_out.items())))
+    found = []
+    for cell, record in records.cells.items():
+        for state, scores in zip(record.states, scored[cell].scores, strict=True):
+            assert scores is not None  # _unscored has looked
+            found.append(_correlated(cell, state, scores, scored[cell].chooses, column))
+    return averaged(found)
 
 
-def _correlations(episode: Episode, column: Correlated) -> list[Correlation]:
-    """Return the correlation at every selection where scores and truth are recorded."""
-    pairs = (oriented(step, episode.chooses, column.target) for step in episode.steps)
-    return [STATISTICS[column.statistic](*pair) for pair in pairs if pair is not None]
+def _of_truth(
+    records: StateRecords, measures: TruthName, chooses: Direction, column: Correlated
+) -> list[StateCorrelation]:
+    """Return the correlations of one truth, which an oracle has as its score, with another."""
+    measured = ((cell, state, truth_of(state, measures)) for cell, state in records.states)
+    return [
+        _correlated(cell, state, [None] * len(state.candidates) if scores is None else scores, chooses, column)
+        for cell, state, scores in measured
+    ]
 
 
-def _undefined(episode: Episode, correlations: Sequence[Correlation], column: Correlated) -> Reason:
-    """Say why an episode has no correlation at all."""
-    if all(step.scores is None for step in episode.steps):
+def _correlated(
+    cell: Cell, state: CommonState, scores: Values, chooses: Direction, column: Correlated
+) -> StateCorrelation:
+    truth = truth_of(state, column.target)
+    assert truth is not None  # _ranking has looked
+    pair = oriented(scores, chooses, truth, column.target)
+    return StateCorrelation(cell, state.views, len(pair[0]), STATISTICS[column.statistic](*pair))
+
+
+def _unscored(records: StateRecords, method: str) -> Reason | None:
+    """Say why a method lacks the scores of a state, or return None if it has all."""
+    scored = records.of_method(method)
+    if not scored:
+        return Reason(cause="not scored")
+    failures: dict[str, list[str]] = {}
+    for (scene, seed), each in scored.items():
+        if each.failure is not None:
+            failures.setdefault(each.failure, []).append(f"{scene} with seed {seed}")
+    if failures:
+        told = "; ".join(f"{', '.join(places)}: {failure}" for failure, places in failures.items())
+        alike = len(failures) == 1 and all(each.failure is not None for each in scored.values())
+        remedy = next(iter(failures)) if alike else told
+        return Reason(cause="it failed", remedy=remedy)
+    if any(scores is None for each in scored.values() for scores in each.scores):
         return Reason(cause="the method records no scores")
-    if not correlations:
-        return Reason(cause=f"not measured (protocol.truth.{SETTINGS[column.target]})")
-    reasons = sorted({each.reason for each in correlations if each.reason is not None})
-    return Reason(cause=f"{episode.scene}: {', '.join(reasons)}")
+    return None

@@ -166,9 +166,15 @@ class GaussianSplats:
             rgb=image[..., :3].clamp(0, 1).contiguous().numpy(), depth=depth.numpy(), alpha=alpha.clamp(0, 1).numpy()
         )
 
-    def copy(self) -> GaussianSplats:
-        """Return an independent copy that goes on with the same bits; photographs, which never change, are shared."""
-        return copy.deepcopy(self, {id(target): target for target in self._targets.values()})
+    def copy(self, seed: int | None = None) -> GaussianSplats:
+        """Return an independent copy that goes on with the same bits; photographs, which never change, are shared.
+
+        With a ``seed`` it draws from a generator of its own, beginning with a new order of the views.
+        """
+        twin = copy.deepcopy(self, {id(target): target for target in self._targets.values()})
+        if seed is not None:
+            twin._generator, twin._queue = np.random.Generator(np.random.PCG64(seed)), []
+        return twin
 
     def fisher_diagonal(self, cameras: Cameras, chain: str, parameters: Sequence[str]) -> Iterator[FisherInformation]:
         """Yield the diagonal Fisher information of one camera after another: see ``information.parameter_fisher``."""
