@@ -21,7 +21,7 @@ from avs.scene.colmap.conversion import as_model, cameras_of, points_of, sorted_
 from avs.scene.images import Pixels, pixel_hash, read_image, store_image
 from avs.scene.mesh import write_moved_mesh
 from avs.scene.normalisation import EXTENT, normalisation, stray_note
-from avs.scene.point_colors import are_uncolored, painted
+from avs.scene.point_colors import colored
 from avs.scene.points import Points
 from avs.scene.scene_file import REMEDY, SceneFile, read_scene_file
 from avs.scene.similarity import Similarity
@@ -134,21 +134,19 @@ def write_scene(
 
     Raises:
         ValueError: the parts contradict one another.
-        UserError: an image file is missing or damaged, or the cameras stand in one place.
+        UserError: an image file is missing or damaged; the cameras stand in one place; or something lies farther out
+            than numbers reach.
     """
     _check_parts(name, names, cameras, test, points)
     pool = np.setdiff1d(np.arange(len(names)), test)
-    to_capture, stray = normalisation(cameras, pool, source)
-    cameras, points = (
-        to_capture.cameras_back(cameras),
-        replace(points, positions=to_capture.points_back(points.positions)),
-    )
+    to_capture, stray = normalisation(cameras, points.positions, pool, source)
+    cameras = to_capture.cameras_back(cameras)
+    points = replace(points, positions=to_capture.points_back(points.positions))
     told = [*notes, stray_note([names[index] for index in stray])] if len(stray) else list(notes)
     with atomic_folder(folder) as temporary:
         hashes = _write_images(temporary / "images", names, images, cameras)
-        if are_uncolored(points):
-            points, note = painted(points, cameras, pool, lambda index: read_image(temporary / "images" / names[index]))
-            told.append(note)
+        points, note = colored(points, cameras, pool, lambda index: read_image(temporary / "images" / names[index]))
+        told += [] if note is None else [note]
         write_model(temporary / "sparse" / "0", as_model(names, cameras, points))
         if depth is not None:
             _write_depth(temporary / "depth", names, depth, to_capture.scale)

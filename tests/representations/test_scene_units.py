@@ -143,7 +143,8 @@ def test_black_points_learn_their_colours(capture, tmp_path):
     images, points = capture
     colors = np.zeros_like(points.colors)
     colors[0] = 1  # so that they are not taken for points without colours
-    scene = moved_scene(tmp_path / "black", (images, Points(points.positions, colors, points.observations)), MOVES[0])
+    unseen = Points(points.positions, colors, points.observations[:0])  # so that no photograph tells their colour
+    scene = moved_scene(tmp_path / "black", (images, unseen), MOVES[0])
     assert (scene.points.colors[1:] == 0).all()
     black = build(scene, scene.pool, SETTINGS, 0, "cpu")
     before = black.parameters["sh"][1:, 0].detach().clone()

@@ -87,11 +87,29 @@ def test_a_stray_camera_is_named_and_changes_nothing_else(index, tmp_path):
     assert len(scene.pool) == 14
 
 
+@pytest.mark.parametrize("distance", [1e5, 1e12, 1e14])
+def test_a_camera_however_far_out_is_stray(distance, tmp_path):
+    scene = write(tmp_path / "toy", with_center(ring(16), 5, np.array([distance, 0, 0])))
+    assert any("005.png" in note for note in scene.notes)
+    plain = write(tmp_path / "plain", with_center(ring(16), 5, np.array([3000.0, 0, 0])))
+    np.testing.assert_allclose(scene.to_capture.scale, plain.to_capture.scale, rtol=tolerances.FLOAT64_GEOMETRY)
+
+
+@pytest.mark.parametrize("distance", [1e20, 1e200, 1e308])
+def test_what_lies_too_far_out_is_told_in_one_line(distance, tmp_path):
+    with pytest.raises(UserError, match=r"^capture toy: a camera lies more than .*; take that camera out of the model"):
+        write(tmp_path / "toy", with_center(ring(16), 5, np.array([distance, 0, 0])))
+    points = Points(np.array([[0, 0, 0], [0, distance, 0]]), np.eye(2, 3, dtype=np.uint8), np.zeros((0, 2), np.int64))
+    with pytest.raises(UserError, match=r"^capture toy: a point lies more than .*; take that point out of the model"):
+        write(tmp_path / "toy", ring(16), points=points)
+
+
 def test_no_ordinary_camera_is_stray():
     rng = np.random.default_rng(0)
     walk = np.cumsum(rng.normal(size=(100, 3)), axis=0)
     ball, line = rng.normal(size=(30, 3)), np.linspace(0, 1, 50)[:, None] * np.ones(3)
     two_places = np.repeat([[0.0, 0, 0], [1, 0, 0]], [60, 40], axis=0)
+    assert not any(stray_cameras(move.points(walk)).any() for move in MOVES.values())
     for centers in (walk, ball, line, two_places, ball[:1], ball[:2], np.zeros((5, 3))):
         assert not stray_cameras(centers).any()
     mostly_one = np.concatenate([np.zeros((95, 3)), rng.normal(size=(5, 3))])
@@ -117,9 +135,10 @@ def test_points_without_colours_take_those_of_the_photographs(tmp_path):
     points = Points(np.zeros((4, 3)), np.zeros((4, 3), np.uint8), observations)
     scene = write(tmp_path / "toy", ring(12), points=points)
     # image i has the colour 9 i
-    expected = [[round(13.5)] * 3, [27] * 3, [128] * 3, [128] * 3]
+    expected = [[14] * 3, [27] * 3, [128] * 3, [128] * 3]
     np.testing.assert_array_equal(scene.points.colors, expected)
-    assert any("without colours: 2 took" in note and "2 that none observes are grey" in note for note in scene.notes)
+    note = "4 of 4 points came without colours: 2 took those of the photographs, 2 that none observes are grey"
+    assert note in scene.notes
 
 
 def test_the_colour_is_that_of_the_pixel_that_sees_the_point(tmp_path):
@@ -133,9 +152,10 @@ def test_the_colour_is_that_of_the_pixel_that_sees_the_point(tmp_path):
         np.testing.assert_array_equal(scene.points.colors[index], pixel)
 
 
-def test_single_black_points_stay_black(tmp_path):
-    colors = np.array([[0, 0, 0], [9, 9, 9]], np.uint8)
-    points = Points(np.zeros((2, 3)), colors, np.array([[0, 1], [1, 1]]))
+def test_the_photographs_tell_whether_a_point_is_black(tmp_path):
+    # image i has the colour 9 i: point 0 is dark, point 1 has a colour, point 2 has lost its own, no image sees point 3
+    colors = np.array([[0, 0, 0], [9, 0, 9], [0, 0, 0], [0, 0, 0]], np.uint8)
+    points = Points(np.zeros((4, 3)), colors, np.array([[0, 2], [1, 2], [2, 9]]))
     scene = write(tmp_path / "toy", ring(12), points=points)
-    np.testing.assert_array_equal(scene.points.colors, colors)
-    assert scene.notes == ()
+    np.testing.assert_array_equal(scene.points.colors, [[0, 0, 0], [9, 0, 9], [81, 81, 81], [0, 0, 0]])
+    assert scene.notes == ("1 of 4 points came without colours: 1 took those of the photographs",)
