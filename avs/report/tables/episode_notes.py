@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Collection, Hashable, Iterable, Mapping, Sequence
 
 from avs.nvs.record import Episode
 from avs.report.collect import Cell, Episodes, differing_settings
@@ -11,15 +11,24 @@ from avs.report.methods import presented
 
 def repeated_notes(episodes: Episodes) -> list[str]:
     """Return the notes of all episodes, each once; one that several scenes share names them in front."""
+    return grouped_notes(((each.scene, note) for each in episodes.all for note in each.notes), episodes.scenes)
+
+
+def grouped_notes(notes: Iterable[tuple[str, str]], scenes: Collection[str]) -> list[str]:
+    """Return each note once; one that begins with its scene and is that of others, too, names all of them.
+
+    Args:
+        notes: the scene of a record, and a note of it.
+        scenes: all scenes of the table.
+    """
     places: dict[str, dict[str, None]] = {}
-    for episode in episodes.all:
-        for note in episode.notes:
-            scene, text = _of_scene(note, episode.scene)
-            places.setdefault(text, {}).update({} if scene is None else {scene: None})
-    everywhere = set(episodes.scenes)
+    for scene, note in notes:
+        named = note.startswith(f"{scene}: ")
+        text = note.removeprefix(f"{scene}: ") if named else note
+        places.setdefault(text, {}).update({scene: None} if named else {})
     lines = []
-    for text, scenes in places.items():
-        names = "every scene" if len(scenes) > 1 and set(scenes) == everywhere else ", ".join(sorted(scenes))
+    for text, found in places.items():
+        names = "every scene" if len(found) > 1 and set(found) == set(scenes) else ", ".join(sorted(found))
         lines.append(f"{names}: {text}" if names else text)
     return lines
 
@@ -56,11 +65,6 @@ def equal_views(episodes: Episodes) -> list[str]:
             "optimisation alone"
         )
     return lines
-
-
-def _of_scene(note: str, scene: str) -> tuple[str | None, str]:
-    """Tell whether a note begins with its scene, and return the rest."""
-    return (scene, note.removeprefix(f"{scene}: ")) if note.startswith(f"{scene}: ") else (None, note)
 
 
 def _same_with_every_seed(cells: Mapping[Cell, Episode]) -> bool:

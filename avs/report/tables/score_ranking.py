@@ -11,6 +11,7 @@ from avs.report.formats.numbers import plain
 from avs.report.formats.writing import write_document
 from avs.report.methods import Presented, presented
 from avs.report.tables.arrangement import arranged
+from avs.report.tables.episode_notes import grouped_notes
 from avs.report.tables.gain_reliability import Reliability, reliability, reliability_listing
 from avs.report.tables.score_ranking_numbers import COLUMNS, Ranking, summarise_ranking
 from avs.report.tables.table_notes import count, unranked_notes, whole_row
@@ -145,7 +146,8 @@ def _incomplete(records: StateRecords) -> list[str]:
 def _notes(records: StateRecords, rows: Sequence[Presented], numbers: _Numbers) -> list[str]:
     first = next(iter(records.cells.values()))
     lines = [f"{scene} with seed {seed}: {why}" for (scene, seed), why in records.missing.items()]
-    lines += [note for record in records.cells.values() for note in record.notes]
+    notes = ((scene, note) for (scene, _), record in records.cells.items() for note in record.notes)
+    lines += grouped_notes(notes, records.scenes)
     if any(state.gains is not None for _, state in records.states):
         sampled = first.settings["gain_candidates"]
         lines.append(
