@@ -264,6 +264,17 @@ def test_missing_scene_is_never_averaged_over(episode, table):
     assert "- Random: mean of seed 0 only, no episode of cellar with seed 1\n" in markdown
 
 
+def test_a_reference_without_a_complete_seed_is_told(episode, table):
+    complete = two_scenes(episode, "random", [0.0])
+    said = "- no difference to Ours-RepViT is printed, because it has no seed with an episode of every scene\n"
+    for own in ([], [episode("ours-repvit")]):
+        _, markdown, _ = table([*complete, *own], ["random", "ours-repvit"])
+        assert said in markdown
+        assert "Difference to" not in markdown
+    _, markdown, _ = table(complete, ["random"])
+    assert said not in markdown
+
+
 def test_notes_of_episodes_are_repeated_once(episode, table):
     note = "attic: budget 5 instead of 6, because its pool has 10 views"
     rows, markdown, latex = table([episode(method, budget=5, notes=[note]) for method in METHODS])

@@ -64,12 +64,21 @@ def listed_differences(episodes: Episodes, methods: Sequence[str], reference: st
     return Listing(FIELDS, tuple(records))
 
 
-def chance_note(compared: Comparison | None) -> list[str]:
-    """Say that intervals are not corrected for their number."""
-    if compared is None or all(each is None or each.interval is None for _, row in compared.rows for each in row):
+def comparison_notes(
+    compared: Comparison | None, reference: str | None, rows: Sequence[Presented], episodes: Episodes
+) -> list[str]:
+    """Say that intervals are not corrected for their number; or why there is no comparison where one is asked for."""
+    if compared is not None:
+        if all(each is None or each.interval is None for _, row in compared.rows for each in row):
+            return []
+        share = round(1.0 / (1.0 - CONFIDENCE))
+        return [
+            f"each interval is by itself: of {share} methods equal to the reference, one would exclude zero by chance"
+        ]
+    asked = [row.label for row in rows if row.identifier == reference]
+    if not asked or len(rows) == 1 or episodes.complete_seeds(reference or ""):
         return []
-    share = round(1.0 / (1.0 - CONFIDENCE))
-    return [f"each interval is by itself: of {share} methods equal to the reference, one would exclude zero by chance"]
+    return [f"no difference to {asked[0]} is printed, because it has no seed with an episode of every scene"]
 
 
 def fewer_compared(rows: Sequence[Presented], numbers: Numbers, reference: str | None, episodes: Episodes) -> list[str]:

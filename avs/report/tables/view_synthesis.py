@@ -14,7 +14,7 @@ from avs.report.published import PRINTED_NAMES, Published, published_note, read_
 from avs.report.tables.arrangement import arranged
 from avs.report.tables.episode_gaps import fewer_seeds, incomplete
 from avs.report.tables.episode_notes import equal_views, notes_of_method, own_schedules, repeated_notes
-from avs.report.tables.reference_differences import chance_note, comparison, fewer_compared, listed_differences
+from avs.report.tables.reference_differences import comparison, comparison_notes, fewer_compared, listed_differences
 from avs.report.tables.table_notes import (
     count,
     missing_notes,
@@ -104,7 +104,7 @@ def view_synthesis(
     differences = None if compared_with is None else comparison(compared_with, episodes, rows, numbers)
     notes = [
         *missing_notes(episodes, COLUMNS, rows, reasons),
-        *chance_note(differences),
+        *comparison_notes(differences, reference, rows, episodes),
         *spread_note(episodes, methods),
         *_lpips_note(episodes),
         *([] if paper is None else [published_note(paper.dataset, why_not)]),
