@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING
+
 import typer
 
 from avs.commands.arguments import Log, Out, SettingsFile
+from avs.system.errors import UserError
 from avs.system.job_process import job
 from avs.system.records import read_record
+
+if TYPE_CHECKING:
+    from avs.representations.needed_points import NeededPoints
 
 commands = typer.Typer()
 
@@ -19,3 +27,17 @@ def scene(settings: SettingsFile, out: Out, log: Log = None) -> None:
     with job(log):
         told = read_record(settings, SceneJob)
         told.scene.prepare(told.dataset, out)
+        if told.points is not None:
+            _check_points(out, told.points)
+
+
+def _check_points(folder: Path, needed: NeededPoints) -> None:
+    """Take the scene away again if a reconstruction could not start from its points."""
+    from avs.representations.needed_points import check_points
+    from avs.scene.scene import read_scene
+
+    try:
+        check_points(read_scene(folder), needed)
+    except UserError:
+        shutil.rmtree(folder)
+        raise

@@ -26,7 +26,7 @@ def nvs_table(episodes: list[Path], dataset: Dataset, settings: SettingsFile, ou
     with job(log):
         told = read_record(settings, TableJob)
         published = None if told.published is None else Path(told.published)
-        write_nvs_table(episodes, told.methods, dataset, published, out, told.absent, told.reference)
+        write_nvs_table(episodes, told.methods, dataset, published, out, told.absent, told.reference, told.left_out)
 
 
 @commands.command("ranking_table")

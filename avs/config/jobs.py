@@ -19,6 +19,8 @@ from avs.nvs.common_states_settings import CommonStatesJob, CommonStatesSettings
 from avs.nvs.episode_settings import EpisodeSettings
 from avs.nvs.timing_settings import RuntimeSettings, StateSettings, TimingSettings
 from avs.report.published import published_name
+from avs.representations.needed_points import NeededPoints
+from avs.scene.images import BLACK
 from avs.selection import registry
 from avs.system.models import StrictModel
 from avs.system.reasons import Reason
@@ -29,6 +31,7 @@ class SceneJob(StrictModel):
 
     dataset: str = Field(description="name of the data set")
     scene: DataSet = Field(description="settings of the scene alone")
+    points: NeededPoints | None = Field(default=None, description="what the reconstruction needs of its points")
 
 
 class TrainingJob(StrictModel):
@@ -55,12 +58,15 @@ class TableJob(RowsJob):
 
     published: str | None = Field(description="file of the published values to print beside its own")
     reference: str | None = Field(description="identifier of the method that the others are compared with")
+    left_out: dict[str, Reason] = Field(description="why something that looks like a scene is none, by its name")
 
 
 def _scene(config: Config, name: str) -> SceneJob:
     dataset, scene = name.split("/")
     alone = config.datasets[dataset].scenes()[scene]
-    return SceneJob(dataset=dataset, scene=alone.model_copy(update={"published": None}))
+    background = getattr(config.representation, "background", BLACK)
+    settings = alone.model_copy(update={"published": None}).on_background(background)
+    return SceneJob(dataset=dataset, scene=settings, points=config.representation.needed_points())
 
 
 def _distortions(config: Config, _: str) -> RenderJob:
@@ -128,7 +134,8 @@ def _nvs_table(config: Config, dataset: str) -> TableJob:
     name = published_name(config.datasets[dataset].published or dataset)
     published = None if name is None else f"results/published/{name}"
     reference, absent = config.report.reference, absent_methods(config)
-    return TableJob(methods=config.methods, absent=absent, published=published, reference=reference)
+    left_out = dict(config.datasets[dataset].left_out())
+    return TableJob(methods=config.methods, absent=absent, published=published, reference=reference, left_out=left_out)
 
 
 def _ranking_table(config: Config, _: str) -> RowsJob:

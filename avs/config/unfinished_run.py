@@ -39,6 +39,7 @@ def _table(plan: RunPlan, dataset: str) -> WantedTable:
             for seed in plan.config.seeds
         ),
         published=None if settings.published is None else Path(settings.published),
+        left_out=settings.left_out,
         states=() if plan.config.common_states is None else tuple(_states(plan, dataset)),
         unscored=_unscored(plan),
     )

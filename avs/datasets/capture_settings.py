@@ -6,6 +6,7 @@ from typing import Literal, Self
 
 from pydantic import Field, PositiveInt, model_validator
 
+from avs.scene.pixel_forms import Color
 from avs.system.models import StrictModel
 
 
@@ -22,6 +23,10 @@ class CaptureSettings(StrictModel):
     )
     test_every: int = Field(
         default=8, ge=2, description="every n-th image by name, starting with the first, is a test image (LLFF: 8)"
+    )
+    background: Color | None = Field(
+        default=None,
+        description="sRGB colour in 0..1 behind transparent pixels; null for the background of the representation",
     )
 
     @model_validator(mode="after")

@@ -13,7 +13,9 @@ from typing import Self
 
 from pydantic import Field
 
+from avs.scene.pixel_forms import Color
 from avs.system.models import StrictModel
+from avs.system.reasons import Reason
 
 
 class Reader(StrictModel):
@@ -36,6 +38,14 @@ class Reader(StrictModel):
         Raises:
             UserError: there is no scene, or none can be listed.
         """
+
+    def left_out(self) -> Mapping[str, Reason]:
+        """Return why something that looks like a scene is none, by its name; tables tell of it."""
+        return {}
+
+    def on_background(self, color: Color) -> Self:
+        """Return settings with ``color``, sRGB in 0..1, behind what is transparent, unless they name one."""
+        return self
 
     @abstractmethod
     def files(self) -> list[Path]:

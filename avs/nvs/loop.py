@@ -106,6 +106,7 @@ class _Loop:
     def __post_init__(self) -> None:
         plan = self.plan
         self.budget, self.notes = capped_budget(plan.protocol, len(plan.scene.pool), plan.scene.name)
+        self.notes += [f"{plan.scene.name}: {note}" for note in plan.scene.notes]
         if isinstance(plan.selector, HasNotes):
             self.notes += plan.selector.notes
         initial = initial_captures(plan.scene, plan.protocol)

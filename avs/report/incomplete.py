@@ -85,6 +85,7 @@ class WantedTable:
         published: file of the paper's values, or None.
         states: what the second is made from; none if the run leaves it out.
         unscored: why a method has no scores in it, by identifier.
+        left_out: why something that looks like a scene is none, by its name.
     """
 
     dataset: str
@@ -92,6 +93,7 @@ class WantedTable:
     published: Path | None
     states: tuple[WantedStates, ...] = ()
     unscored: Mapping[str, Reason] = field(default_factory=dict)
+    left_out: Mapping[str, Reason] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -155,7 +157,7 @@ def incomplete_documents(run: UnfinishedRun) -> tuple[dict[str, Document], list[
     for table in run.tables:
         with _left_out_into(lines):
             episodes = existing_episodes(table, run.methods)
-            arguments = (table.published, run.absent, run.reference)
+            arguments = (table.published, run.absent, run.reference, table.left_out)
             documents[f"{_NVS}{table.dataset}"] = view_synthesis(episodes, run.methods, *arguments)
             collected[table.dataset] = episodes
         if table.states:

@@ -9,6 +9,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
+from avs.representations.needed_points import NeededPoints
 from avs.scene.cameras import Cameras
 from avs.scene.views import Views
 from avs.system.models import StrictModel
@@ -98,6 +99,10 @@ class RepresentationSettings(StrictModel):
     """
 
     kind: str
+
+    def needed_points(self) -> NeededPoints | None:
+        """Return what every scene must have of points of structure from motion; None if it can do without."""
+        return None
 
 
 @dataclass(frozen=True)

@@ -6,52 +6,101 @@ import contextlib
 import hashlib
 import shutil
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from PIL import Image, ImageOps
+from PIL import Image
 
+from avs.scene.pixel_forms import Color, rgb_image, turned, upright_orientation
 from avs.system.errors import UserError
+from avs.system.regular_files import check_regular
 
 Pixels = npt.NDArray[np.uint8]
 
+LARGEST = 400_000_000
+"""An image with more pixels is refused: with 4 bytes for each, it would take 1.6 GB."""
 
-@contextlib.contextmanager
-def open_image(path: Path) -> Iterator[Image.Image]:
-    """Open an image file; its pixels are decoded when they are asked for, inside the block.
+BLACK: Color = (0.0, 0.0, 0.0)
+
+Image.MAX_IMAGE_PIXELS = None  # Pillow's limit, 89 million, is lower than what cameras take; LARGEST is checked instead
+
+_UPRIGHT = 1  # the EXIF orientation of an image that is shown as it is stored
+
+
+@dataclass(frozen=True)
+class Header:
+    """What an image file says of itself, read without its pixels.
+
+    Attributes:
+        size: width and height of the pixels as they are stored.
+        orientation: of EXIF, 1 to 8; 1 where there is none.
+        odd: whether EXIF has an orientation that makes no sense, which counts as 1.
+        form: name of the file format, such as ``JPEG``.
+        plain: whether any program reads the same 8-bit sRGB values from it.
+        transparent: whether it has an alpha channel or a transparent colour.
+        frames: whether other frames or pages follow the first one, which is used.
+        profile: whether it has an ICC colour profile that is not of sRGB.
+    """
+
+    size: tuple[int, int]
+    orientation: int
+    odd: bool
+    form: str
+    plain: bool
+    transparent: bool
+    frames: bool
+    profile: bool
+
+
+def read_header(path: Path) -> Header:
+    """Read what the image file says of itself.
 
     Raises:
-        UserError: the file is missing, truncated, no image, or has more than 8 bits per channel.
+        UserError: the file is missing, no image, or too large.
     """
-    try:
-        with Image.open(path) as image:
-            if image.mode.startswith(("I", "F")):
-                fault = f"the image has more than 8 bits per channel (mode {image.mode})"
-                raise UserError(path, fault, "convert it to 8 bits per channel")
-            yield image
-    except FileNotFoundError as error:
-        raise UserError(path, "the image is missing, but the model names it", "restore the file") from error
-    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
-        if isinstance(error, OSError) and error.errno is not None:
-            raise
-        fault = f"the image is damaged or cut off ({error})"
-        raise UserError(path, fault, "copy the image again, or take it out of the model") from error
+    with _opened(path) as image:
+        stated = upright_orientation(image)
+        orientation = stated or _UPRIGHT
+        form = image.format or ""
+        transparent = image.mode in ("LA", "La", "PA", "RGBA", "RGBa") or "transparency" in image.info
+        frames = form != "MPO" and bool(getattr(image, "is_animated", False))
+        tiles = getattr(image, "tile", [])  # how the file's pixels are packed, such as "RGB;16B"
+        eight_bit = image.mode in ("L", "RGB") and all(";16" not in str(tile.args) for tile in tiles)
+        return Header(
+            size=_stored_size(image, orientation),
+            orientation=orientation,
+            odd=stated is None,
+            form=form,
+            plain=eight_bit and not transparent and not frames and orientation == _UPRIGHT,
+            transparent=transparent,
+            frames=frames,
+            profile=_has_other_profile(image),
+        )
 
 
-def read_image(path: Path, turned: bool = False) -> Pixels:
-    """Read an image file as ``[height, width, 3]`` uint8 sRGB; transparency is ignored.
+def read_image(path: Path, orientation: int = _UPRIGHT, background: Color = BLACK) -> Pixels:
+    """Read an image file as ``[height, width, 3]`` uint8 sRGB; see ``open_rgb``."""
+    return np.array(open_rgb(path, orientation, background))
+
+
+def open_rgb(path: Path, orientation: int = _UPRIGHT, background: Color = BLACK) -> Image.Image:
+    """Read an image file as an RGB image of 8 bits per channel; see ``avs.scene.pixel_forms`` for what is converted.
 
     Args:
         path: the file.
-        turned: whether to apply the EXIF orientation; if not, the pixels come as they are stored.
+        orientation: EXIF orientation to apply to the pixels as they are stored; by default they stay so.
+        background: colour behind transparent pixels, sRGB in 0..1.
 
     Raises:
-        UserError: the file is missing, truncated, no image, or has more than 8 bits per channel.
+        UserError: the file is missing, truncated, no image, or its values have no scale that is known.
     """
-    with open_image(path) as image:
-        upright = ImageOps.exif_transpose(image) if turned else image
-        return np.array(upright.convert("RGB"))
+    with _opened(path) as image:
+        own = (upright_orientation(image) or _UPRIGHT) if image.format == "TIFF" else _UPRIGHT
+        image.load()
+        pixels = rgb_image(image, path, own, background)
+        return turned(pixels, orientation)
 
 
 def pixel_hash(pixels: Pixels) -> str:
@@ -72,3 +121,40 @@ def store_image(path: Path, image: Pixels | Path) -> Pixels:
         raise ValueError(f"{path.name} {image.dtype} {image.shape}: uint8 pixels are stored without loss, as .png")
     Image.fromarray(image).save(path, format="PNG", compress_level=1)
     return image
+
+
+@contextlib.contextmanager
+def _opened(path: Path) -> Iterator[Image.Image]:
+    """Open an image file; a fault of it inside the block becomes a ``UserError``."""
+    try:
+        check_regular(path)
+        with Image.open(path) as image:
+            _check_size(path, image)
+            yield image
+    except (UserError, MemoryError):
+        raise
+    except FileNotFoundError as error:
+        raise UserError(path, "the image is missing, but the model names it", "restore the file") from error
+    except Exception as error:  # Pillow's decoders raise whatever the bytes of a damaged file bring about
+        if isinstance(error, OSError) and error.errno is not None:
+            raise
+        told = " ".join(f"{type(error).__name__}: {error}".split())
+        fault = f"the image is damaged or cut off, or of a form that cannot be read ({told})"
+        remedy = "copy it again, or save it as PNG or JPEG with 8 bits per channel, or take it out of the model"
+        raise UserError(path, fault, remedy) from error
+
+
+def _check_size(path: Path, image: Image.Image) -> None:
+    if image.width * image.height > LARGEST:
+        fault = f"the image has {image.width} x {image.height} pixels, more than {LARGEST // 10**6} million"
+        raise UserError(path, fault, "put a smaller copy of the same shape in its place; the model may stay as it is")
+
+
+def _stored_size(image: Image.Image, orientation: int) -> tuple[int, int]:
+    """Return the size of the pixels as they are stored; Pillow gives TIFF files the size that they have upright."""
+    return image.size[::-1] if image.format == "TIFF" and orientation >= 5 else image.size
+
+
+def _has_other_profile(image: Image.Image) -> bool:
+    profile = image.info.get("icc_profile")
+    return isinstance(profile, bytes) and b"sRGB" not in profile and "sRGB".encode("utf-16-be") not in profile

@@ -8,8 +8,9 @@ import pytest
 from captures_factory import OPENCV, PINHOLE, SIMPLE_RADIAL, SIZE, centroid, make_capture, project, transforms
 from PIL import Image
 
+from avs.datasets.capture_folders import find_captures
 from avs.datasets.capture_settings import CaptureSettings
-from avs.datasets.captures import list_captures, prepare
+from avs.datasets.captures import prepare
 from avs.scene.scene import read_scene
 from tests import tolerances
 
@@ -48,7 +49,7 @@ def test_points_lie_where_the_image_shows_them(camera, settings, tmp_path):
     make_capture(tmp_path / "capture", [camera])
     scene = prepared(tmp_path, settings)
     assert_points_lie_on_their_dots(scene, tolerances.DOT_CENTROID)
-    assert (scene.notes == ("9 images are undistorted",)) == (camera is not PINHOLE)
+    assert (scene.notes == ("all images are undistorted",)) == (camera is not PINHOLE)
 
 
 def test_the_distortion_of_the_test_is_no_trifle():
@@ -160,9 +161,9 @@ def test_a_model_without_points_is_noted(tmp_path):
 def test_captures_are_found_by_their_folders(tmp_path):
     for name in ("Garden-2", "my room", "notes", ".hidden"):
         (tmp_path / name / ("text" if name == "notes" else "images")).mkdir(parents=True)
-    found = list_captures(tmp_path)
+    found = find_captures(tmp_path).folders
     assert found == {"garden_2": tmp_path / "Garden-2", "my_room": tmp_path / "my room"}
-    assert list_captures(tmp_path / "Garden-2") == {"garden_2": tmp_path / "Garden-2"}
+    assert find_captures(tmp_path / "Garden-2").folders == {"garden_2": tmp_path / "Garden-2"}
 
 
 @pytest.mark.parametrize("name", ["fern", "fox", "kitchen", "monstree"])

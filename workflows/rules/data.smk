@@ -7,6 +7,10 @@ try:
 except UserError as error:
     sys.exit(f"error: {error}")
 
+for dataset, reader in settings.datasets.items():
+    for name, reason in reader.left_out().items():
+        print(f"left out of {dataset}: {name} {reason}", file=sys.stderr)
+
 # The names of the evaluated scenes of each data set.
 SCENES = {dataset: list(LISTED[dataset]) for dataset in settings.evaluated}
 

@@ -48,6 +48,7 @@ def write_nvs_table(
     out: Path,
     absent: Mapping[str, Reason],
     reference: str | None,
+    left_out: Mapping[str, Reason] | None = None,
 ) -> None:
     """Write ``out`` with ``.csv``, ``.md`` and ``.tex``, ``_per_scene.csv`` and ``_differences.csv``.
 
@@ -62,13 +63,14 @@ def write_nvs_table(
         out: path of the table without suffix.
         absent: see ``view_synthesis``.
         reference: see ``view_synthesis``.
+        left_out: see ``view_synthesis``.
 
     Raises:
         UserError: no episodes; a record is missing, damaged, of another data set or not comparable with the others;
             or the published values cannot be read.
     """
     collected = read_dataset(episodes, methods, dataset)
-    write_document(view_synthesis(collected, methods, published, absent, reference), out)
+    write_document(view_synthesis(collected, methods, published, absent, reference, left_out), out)
 
 
 def view_synthesis(
@@ -77,6 +79,7 @@ def view_synthesis(
     published: Path | None,
     absent: Mapping[str, Reason],
     reference: str | None,
+    left_out: Mapping[str, Reason] | None = None,
 ) -> Document:
     """Return the table of the test images at the end of the optimisation.
 
@@ -88,6 +91,7 @@ def view_synthesis(
         absent: why a method could not run, by identifier.
         reference: identifier of the method that the others are compared with, or None; one without episodes counts
             as None.
+        left_out: why something that looks like a scene of the data set is none, by its name.
 
     Raises:
         UserError: the published values cannot be read.
@@ -112,6 +116,7 @@ def view_synthesis(
         *equal_views(episodes),
         *own_schedules(episodes),
         *repeated_notes(episodes),
+        *(f"left out of the scenes: {name}, which {reason.cause}" for name, reason in (left_out or {}).items()),
         *unranked_notes(rows),
     ]
     return Document(

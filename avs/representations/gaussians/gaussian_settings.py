@@ -7,10 +7,14 @@ from typing import Literal
 from pydantic import Field
 
 from avs.representations.base import RepresentationSettings
+from avs.representations.needed_points import NeededPoints
 from avs.system.models import StrictModel
 
 Points = Literal["random", "sfm", "selected"]
 ExtentChoice = Literal["robust", "all_cameras"]
+
+LEAST_POINTS = 4
+"""A Gaussian's first scale takes the distances to three other points."""
 
 
 class InitialPoints(StrictModel):
@@ -115,3 +119,16 @@ class GaussianSettings(RepresentationSettings):
     points: InitialPoints = Field(default=InitialPoints(), description="where the Gaussians start")
     learning_rates: LearningRates = Field(default=LearningRates(), description="Adam's learning rates")
     densification: Densification = Field(default=Densification(), description="adaptive density control")
+
+    def needed_points(self) -> NeededPoints | None:
+        """Return what ``points.choice`` needs: as many points as one has neighbours, and itself."""
+        if self.points.choice == "random":
+            return None
+        selected = self.points.choice == "selected"
+        return NeededPoints(
+            count=LEAST_POINTS,
+            views=self.points.selected_min_views if selected else 0,
+            setting=f"representation.points.choice '{self.points.choice}'",
+            otherwise="representation: {points: {choice: sfm}}",
+            without="representation: {points: {choice: random}}",
+        )

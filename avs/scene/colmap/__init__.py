@@ -14,17 +14,33 @@ from avs.scene.colmap import binary, text
 from avs.scene.colmap.binary import write_model
 from avs.scene.colmap.model import CAMERA_MODELS, NO_POINT, Model, ModelCamera, ModelImage, checked
 from avs.system.errors import UserError
+from avs.system.regular_files import check_regular
 
-__all__ = ["CAMERA_MODELS", "NO_POINT", "Model", "ModelCamera", "ModelImage", "find_model", "read_model", "write_model"]
+__all__ = [
+    "CAMERA_MODELS",
+    "NO_POINT",
+    "Model",
+    "ModelCamera",
+    "ModelImage",
+    "find_model",
+    "has_model",
+    "read_model",
+    "write_model",
+]
 
 _FILES = ("cameras", "images", "points3D")
+
+
+def has_model(folder: Path) -> bool:
+    """Whether ``folder`` holds a file of a model, in any form."""
+    return any((folder / f"{name}{suffix}").exists() for name in _FILES for suffix in (".bin", ".txt"))
 
 
 def find_model(folder: Path) -> tuple[Path, Path, Path]:
     """Return the paths of the cameras, images and points in ``folder``; the binary form is preferred, as COLMAP does.
 
     Raises:
-        UserError: there is no model, or one of its files is missing.
+        UserError: there is no model, or one of its files is missing or no file.
     """
     for suffix in (".bin", ".txt"):
         cameras, images, points = (folder / f"{name}{suffix}" for name in _FILES)
@@ -33,13 +49,14 @@ def find_model(folder: Path) -> tuple[Path, Path, Path]:
         for path in (cameras, images, points):
             if not path.exists():
                 raise UserError(path, "is missing", "copy the whole folder that COLMAP wrote")
+            check_regular(path)
         return cameras, images, points
     fault = "holds no COLMAP model" if folder.is_dir() else "there is no such folder"
     raise UserError(folder, fault, "put cameras, images and points3D there, as .bin or as .txt")
 
 
 def read_model(folder: Path) -> Model:
-    """Read the model in ``folder``.
+    """Read the model in ``folder``, without the observations of points that it lacks; ``Model.dropped`` counts them.
 
     Raises:
         UserError: there is no model, a file is damaged, or the files contradict one another.

@@ -19,6 +19,7 @@ from avs.scene.colmap.model import (
     ModelImage,
     PointArrays,
     point_arrays,
+    put,
 )
 from avs.system.errors import UserError
 
@@ -106,7 +107,7 @@ class _Bytes:
 def read_cameras(path: Path) -> dict[int, ModelCamera]:
     """Read ``cameras.bin``: cameras by identifier."""
     source = _Bytes(path)
-    cameras = {}
+    cameras: dict[int, ModelCamera] = {}
     for _ in range(source.integer()):
         identifier, number = source.integer("I"), source.integer("i")
         if number not in CAMERA_MODELS:
@@ -114,7 +115,7 @@ def read_cameras(path: Path) -> dict[int, ModelCamera]:
             raise UserError(path, fault, "write the model with a known one, such as OPENCV")
         model, count = CAMERA_MODELS[number]
         width, height = source.integer(), source.integer()
-        cameras[identifier] = ModelCamera(model, width, height, source.unpack(f"{count}d"))
+        put(cameras, path, "camera", identifier, ModelCamera(model, width, height, source.unpack(f"{count}d")))
     source.finish()
     return cameras
 
@@ -122,14 +123,15 @@ def read_cameras(path: Path) -> dict[int, ModelCamera]:
 def read_images(path: Path) -> dict[int, ModelImage]:
     """Read ``images.bin``: images by identifier."""
     source = _Bytes(path)
-    images = {}
+    images: dict[int, ModelImage] = {}
     for _ in range(source.integer()):
         identifier = source.integer("I")
         pose = np.array(source.unpack("7d"))
         camera_id, name = source.integer("I"), source.string()
         rows = np.frombuffer(source.raw(source.integer() * _KEYPOINT.itemsize), _KEYPOINT)
         points = rows["point"].astype(np.int64)
-        images[identifier] = ModelImage(name, camera_id, pose[:4], pose[4:], rows["xy"].astype(np.float64), points)
+        image = ModelImage(name, camera_id, pose[:4], pose[4:], rows["xy"].astype(np.float64), points)
+        put(images, path, "image", identifier, image)
     source.finish()
     return images
 
@@ -142,4 +144,4 @@ def read_points(path: Path) -> PointArrays:
         rows.append(source.unpack("Q3d3Bd"))
         source.raw(8 * source.integer())
     source.finish()
-    return point_arrays(rows)
+    return point_arrays(path, rows)

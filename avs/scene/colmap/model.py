@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +15,8 @@ from avs.system.errors import UserError
 FloatArray = npt.NDArray[np.float64]
 IndexArray = npt.NDArray[np.int64]
 PointArrays = tuple[IndexArray, FloatArray, npt.NDArray[np.uint8], FloatArray]
+
+Record = TypeVar("Record")
 
 REMEDY = "copy the file again, or run the structure from motion again"
 
@@ -41,6 +44,16 @@ CAMERA_MODELS = {
 PARAMETERS = dict(CAMERA_MODELS.values())
 NUMBERS = {name: number for number, (name, _) in CAMERA_MODELS.items()}
 NO_POINT = -1
+"""In the binary form this is 2^64 - 1, as an unsigned number; some programs write it so in the text form too."""
+
+_LONGEST_SIDE = 1 << 20
+"""Pixels of a camera's side: no image file that is read has more."""
+
+_FARTHEST = 1e15
+"""Greatest coordinate: more than light-years in millimetres, and the squares still are numbers."""
+
+_QUATERNION_LENGTHS = 1e-6, 1e6
+"""COLMAP writes 1. Squares of what lies far beyond are 0 or infinite."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +76,7 @@ class ModelImage:
         quaternion: ``[4]`` rotation from world to camera as w, x, y, z, of any positive length.
         translation: ``[3]`` from world to camera.
         keypoints: ``[k, 2]`` pixels.
-        points: ``[k]`` identifier of the point each keypoint observes, -1 for none.
+        points: ``[k]`` identifier of the point each keypoint observes, ``NO_POINT`` for none.
     """
 
     name: str
@@ -85,6 +98,8 @@ class Model:
         positions: ``[p, 3]`` world coordinates.
         colors: ``[p, 3]`` uint8.
         errors: ``[p]`` mean reprojection error in pixels, -1 where unknown.
+        dropped: number of observations that were left out, because the model lacks the point they are of, as after the
+            cloud alone was cleaned.
     """
 
     cameras: dict[int, ModelCamera]
@@ -93,14 +108,73 @@ class Model:
     positions: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
     colors: npt.NDArray[np.uint8] = field(default_factory=lambda: np.zeros((0, 3), np.uint8))
     errors: FloatArray = field(default_factory=lambda: np.zeros(0))
+    dropped: int = 0
 
 
-def point_arrays(rows: list[tuple[float, ...]]) -> PointArrays:
-    """Sort rows of identifier, position, colour and error by identifier and split them into arrays."""
+def put(records: dict[int, Record], path: Path, kind: str, identifier: int, record: Record) -> None:
+    """Add a record that was read to ``records``.
+
+    Raises:
+        UserError: there is one of that identifier.
+    """
+    if identifier in records:
+        raise UserError(path, f"is damaged: the {kind} {identifier} occurs twice", REMEDY)
+    records[identifier] = record
+
+
+def point_arrays(path: Path, rows: list[tuple[float, ...]]) -> PointArrays:
+    """Sort rows of identifier, position, colour and error by identifier and split them into arrays.
+
+    Raises:
+        UserError: an identifier occurs twice or is out of range, or a colour is.
+    """
     rows.sort(key=lambda row: row[0])
-    table = np.array([row[1:] for row in rows], dtype=np.float64).reshape(-1, 7)
+    if rows and not 0 <= rows[0][0] <= rows[-1][0] < 1 << 63:
+        wrong = next(row[0] for row in rows if not 0 <= row[0] < 1 << 63)
+        raise UserError(path, f"is damaged: a point has the identifier {wrong:.0f}", REMEDY)
     identifiers = np.array([row[0] for row in rows], dtype=np.int64)
+    repeated = identifiers[1:][np.diff(identifiers) == 0]
+    if len(repeated):
+        raise UserError(path, f"is damaged: the point {repeated[0]} occurs twice", REMEDY)
+    table = np.array([row[1:] for row in rows], dtype=np.float64).reshape(-1, 7)
+    if not ((table[:, 3:6] >= 0) & (table[:, 3:6] <= 255)).all():
+        raise UserError(path, "is damaged: a colour is not in 0 to 255", REMEDY)
     return identifiers, table[:, :3], table[:, 3:6].astype(np.uint8), table[:, 6]
+
+
+def checked(folder: Path, suffix: str, model: Model) -> Model:
+    """Return ``model``, without observations of points that it lacks, if its numbers are usable and its parts fit."""
+    for identifier, camera in model.cameras.items():
+        _check_camera(folder / f"cameras{suffix}", identifier, camera)
+    images = folder / f"images{suffix}"
+    names: set[str] = set()
+    for image in model.images.values():
+        _check_pose(images, image)
+        if image.camera_id not in model.cameras:
+            raise UserError(images, f"image {image.name} names camera {image.camera_id}, which does not exist", REMEDY)
+        if image.name in names:
+            raise UserError(images, f"image {image.name} occurs twice", REMEDY)
+        names.add(image.name)
+    if not (np.abs(model.positions) <= _FARTHEST).all():
+        raise UserError(folder / f"points3D{suffix}", f"a point's position is not finite or beyond {_FARTHEST}", REMEDY)
+    return _without_lost_points(model)
+
+
+def _check_camera(path: Path, identifier: int, camera: ModelCamera) -> None:
+    if not all(map(math.isfinite, camera.params)) or camera.width < 1 or camera.height < 1:
+        raise UserError(path, f"camera {identifier} has a parameter that is not finite, or no size", REMEDY)
+    if max(camera.width, camera.height) > _LONGEST_SIDE:
+        fault = f"camera {identifier} has {camera.width:.6g} x {camera.height:.6g} pixels, more than {_LONGEST_SIDE}"
+        raise UserError(path, fault, REMEDY)
+    focal_lengths = camera.params[: _focal_lengths(camera.model)]
+    if min(focal_lengths) <= 0:
+        raise UserError(path, f"camera {identifier} has a focal length that is not positive", REMEDY)
+    side = max(camera.width, camera.height)
+    if not all(side / 1e4 < value < side * 1e6 for value in focal_lengths):
+        fault = f"camera {identifier} has a focal length of {max(focal_lengths):g} pixels for images of {side}"
+        raise UserError(path, fault, REMEDY)
+    if any(abs(value) > _FARTHEST for value in camera.params):
+        raise UserError(path, f"camera {identifier} has a parameter beyond {_FARTHEST}", REMEDY)
 
 
 def _focal_lengths(model: str) -> int:
@@ -108,28 +182,24 @@ def _focal_lengths(model: str) -> int:
     return 1 if model.startswith(("SIMPLE_", "RADIAL")) else 2
 
 
-def checked(folder: Path, suffix: str, model: Model) -> Model:
-    """Return ``model`` if its numbers are usable and its parts fit one another."""
-    images = folder / f"images{suffix}"
-    for identifier, camera in model.cameras.items():
-        if not all(map(math.isfinite, camera.params)) or camera.width < 1 or camera.height < 1:
-            fault = f"camera {identifier} has a parameter that is not finite, or no size"
-            raise UserError(folder / f"cameras{suffix}", fault, REMEDY)
-        if min(camera.params[: _focal_lengths(camera.model)]) <= 0:
-            fault = f"camera {identifier} has a focal length that is not positive"
-            raise UserError(folder / f"cameras{suffix}", fault, REMEDY)
-    names: set[str] = set()
-    for image in model.images.values():
-        pose = np.concatenate([image.quaternion, image.translation])
-        if not np.isfinite(pose).all() or not np.any(image.quaternion):
-            raise UserError(images, f"the pose of image {image.name} is not finite or has no rotation", REMEDY)
-        if image.camera_id not in model.cameras:
-            raise UserError(images, f"image {image.name} names camera {image.camera_id}, which does not exist", REMEDY)
-        if image.name in names:
-            raise UserError(images, f"image {image.name} occurs twice", REMEDY)
-        names.add(image.name)
-        if not np.isin(image.points[image.points != NO_POINT], model.point_ids).all():
-            raise UserError(images, f"image {image.name} observes a point that does not exist", REMEDY)
-    if not np.isfinite(model.positions).all():
-        raise UserError(folder / f"points3D{suffix}", "a point's position is not finite", REMEDY)
-    return model
+def _check_pose(path: Path, image: ModelImage) -> None:
+    pose = np.concatenate([image.quaternion, image.translation])
+    if not np.isfinite(pose).all() or not np.any(image.quaternion):
+        raise UserError(path, f"the pose of image {image.name} is not finite or has no rotation", REMEDY)
+    shortest, longest = _QUATERNION_LENGTHS
+    if not shortest < np.abs(image.quaternion).max() < longest:
+        fault = f"the rotation of image {image.name} has a length of {np.abs(image.quaternion).max():.1e} instead of 1"
+        raise UserError(path, fault, REMEDY)
+    if np.abs(image.translation).max() > _FARTHEST:
+        raise UserError(path, f"the pose of image {image.name} lies beyond {_FARTHEST}", REMEDY)
+
+
+def _without_lost_points(model: Model) -> Model:
+    """Return ``model`` without observations of points that it does not have; ``Model.dropped`` counts them."""
+    images, dropped = {}, 0
+    for identifier, image in model.images.items():
+        lost = (image.points != NO_POINT) & ~np.isin(image.points, model.point_ids)
+        dropped += int(lost.sum())
+        kept = replace(image, points=np.where(lost, NO_POINT, image.points)) if lost.any() else image
+        images[identifier] = kept
+    return replace(model, images=images, dropped=dropped) if dropped else model

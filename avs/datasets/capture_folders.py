@@ -1,0 +1,159 @@
+"""Where captures are: which folders hold one, what each is called, which are left out, and what files each has.
+
+One folder that cannot be used never keeps the others from being used.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from avs.system.errors import UserError
+from avs.system.files import explained
+from avs.system.reasons import Reason
+
+PARTS = ("images", "sparse", "colmap/sparse")
+"""What is read of a capture: nothing else in its folder matters."""
+
+
+@dataclass(frozen=True)
+class FoundCaptures:
+    """The captures of a folder.
+
+    Attributes:
+        folders: each capture's folder, by scene name, ascending.
+        left_out: why another is not among them, by the name of its folder.
+    """
+
+    folders: dict[str, Path]
+    left_out: dict[str, Reason]
+
+
+def find_captures(folder: Path) -> FoundCaptures:
+    """Find the captures in ``folder``: its subfolders with ``images`` or ``sparse`` in them, or the folder itself.
+
+    A scene is called after its folder: lower case, with ``_`` for every character other than a letter, a digit or
+    ``_``. A link is called after itself, not after what it leads to.
+
+    Raises:
+        UserError: there is no capture that can be used, or ``folder`` cannot be read.
+    """
+    folder = Path(folder)
+    with explained():
+        if not folder.is_dir():
+            raise UserError(_shown(folder), "there is no such folder", "give the folder that holds your captures")
+        candidates = [folder]
+        if not _is_capture(folder):  # links come last, so that of two names of one folder its own one stays
+            inside = [path for path in folder.iterdir() if not path.name.startswith(".")]
+            candidates = sorted(inside, key=lambda path: (path.is_symlink(), path.name))
+    folders: dict[str, Path] = {}
+    left_out: dict[str, Reason] = {}
+    for path in candidates:
+        try:
+            if not _is_capture(path):
+                continue
+            reason = _why_unusable(path, folders)
+        except OSError as error:
+            cause = f"cannot be read ({(error.strerror or str(error)).lower()})"
+            reason = Reason(cause=cause, remedy="give yourself the permission, or mend the link")
+        if reason is None:
+            folders[_scene_name(path)] = path
+        else:
+            left_out[_shown(_name(path))] = reason
+    if not folders:
+        fault, remedy = "holds no capture", "give a folder of folders that have images/ and sparse/0/ in them"
+        if left_out:
+            told = "; ".join(f"{name}: {reason}" for name, reason in left_out.items())
+            fault, remedy = f"holds no capture that can be used ({told})", "mend one of them"
+        raise UserError(_shown(folder), fault, remedy)
+    return FoundCaptures(dict(sorted(folders.items())), dict(sorted(left_out.items())))
+
+
+def capture_files(folder: Path) -> list[Path]:
+    """Return every file that the capture in ``folder`` may be read from, ascending; folders that are links count too.
+
+    Raises:
+        OSError: a folder cannot be read.
+    """
+    return sorted(path for part in PARTS for path in walk_files(folder / part))
+
+
+def walk_files(folder: Path) -> Iterator[Path]:
+    """Yield the files below ``folder``, through links to folders as well, but through each folder once.
+
+    Pipes and devices are no files.
+
+    Raises:
+        OSError: a folder cannot be read.
+    """
+    seen: set[tuple[int, int]] = set()
+    waiting = [folder] if folder.is_dir() else []
+    while waiting:
+        current = waiting.pop()
+        status = current.stat()
+        if (status.st_dev, status.st_ino) in seen:
+            continue
+        seen.add((status.st_dev, status.st_ino))
+        with os.scandir(current) as entries:  # a path for each entry and its kind would take ten times as long
+            for entry in sorted(entries, key=lambda entry: entry.name):
+                if entry.is_dir():
+                    waiting.append(current / entry.name)
+                elif entry.is_file():
+                    yield current / entry.name
+
+
+def _is_capture(path: Path) -> bool:
+    """Whether ``path`` is a folder that holds a part of a capture.
+
+    Raises:
+        OSError: it cannot be looked at.
+    """
+    if path.is_symlink() and not path.exists():
+        raise FileNotFoundError(None, "a link that leads nowhere", str(path))
+    if not path.is_dir():
+        return False
+    present = {entry.name for entry in path.iterdir()}
+    return any(part.partition("/")[0] in present and (path / part).is_dir() for part in PARTS)
+
+
+def _why_unusable(path: Path, folders: dict[str, Path]) -> Reason | None:
+    """Say why a capture cannot be a scene beside ``folders``, or return None."""
+    name = _scene_name(path)
+    for other in folders.values():
+        if other.samefile(path):
+            return Reason(cause=f"is the same folder as {_shown(_name(other))}", remedy="take the link away")
+    if name in folders:
+        return Reason(
+            cause=f"has the same scene name, {name}, as {_shown(_name(folders[name]))}", remedy="rename one of them"
+        )
+    for file in (path, *capture_files(path)):
+        if not _can_be_named(file):
+            cause = f"the workflow cannot take a file of the name {_shown(file)}"
+            remedy = "use names in UTF-8 without braces, line breaks or blanks at the end"
+            return Reason(cause=cause, remedy=remedy)
+    return None
+
+
+def _can_be_named(path: Path) -> bool:
+    """Whether Snakemake can have ``path`` as an input: it takes braces for wildcards, and writes names as UTF-8."""
+    text = str(path)
+    return re.search("[{}\x00-\x1f\x7f\ud800-\udfff]", text) is None and text == text.strip()
+
+
+def _name(path: Path) -> str:
+    """Return the name of a folder, also where the path is ``.`` or ends in ``..``; a link keeps its own."""
+    # resolve() would follow links
+    return Path(os.path.abspath(path)).name  # noqa: PTH100
+
+
+def _scene_name(path: Path) -> str:
+    return re.sub("[^a-z0-9_]", "_", _name(path).lower())
+
+
+def _shown(path: Path | str) -> str:
+    """Return a path as text that can be printed, whatever its bytes are."""
+    text = os.fsencode(path).decode(errors="backslashreplace")
+    return "".join(character if character.isprintable() else repr(character)[1:-1] for character in text)

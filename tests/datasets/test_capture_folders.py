@@ -1,0 +1,124 @@
+"""One folder that cannot be used never keeps the others from being used, and is told of."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from avs.datasets import capture_folders
+from avs.datasets.capture_folders import capture_files, find_captures
+from avs.system.errors import UserError
+
+
+def capture(folder, *images):
+    """The folders of a capture, with empty files."""
+    for path in ("sparse/0/cameras.bin", *(f"images/{name}" for name in images or ["a.png"])):
+        (folder / path).parent.mkdir(parents=True, exist_ok=True)
+        (folder / path).touch()
+
+
+def told(folder):
+    """The scene names, and the causes for which others are left out, by folder."""
+    found = find_captures(folder)
+    return list(found.folders), {name: reason.cause for name, reason in found.left_out.items()}
+
+
+def test_a_capture_may_be_a_link_and_has_the_name_of_the_link(tmp_path):
+    capture(tmp_path / "elsewhere" / "photos")
+    (tmp_path / "captures").mkdir()
+    (tmp_path / "captures" / "Garden").symlink_to(tmp_path / "elsewhere" / "photos")
+    assert told(tmp_path / "captures") == (["garden"], {})
+    assert told(tmp_path / "captures" / "Garden") == (["garden"], {})
+
+
+def test_the_folder_that_is_worked_in_has_a_name(tmp_path, monkeypatch):
+    capture(tmp_path / "Garden")
+    monkeypatch.chdir(tmp_path / "Garden")
+    assert find_captures(Path()).folders == {"garden": Path()}
+
+
+def test_a_second_name_of_a_capture_is_left_out(tmp_path):
+    capture(tmp_path / "fox")
+    (tmp_path / "a fox").symlink_to("fox")
+    assert told(tmp_path) == (["fox"], {"a fox": "is the same folder as fox"})
+
+
+def test_a_second_capture_of_a_scene_name_is_left_out(tmp_path):
+    for name in ("a_B", "a b", "c"):
+        capture(tmp_path / name)
+    assert told(tmp_path) == (["a_b", "c"], {"a_B": "has the same scene name, a_b, as a b"})
+
+
+@pytest.mark.parametrize("name", [b"\xe9t\xe9.png", b"{scene}.png", b"a\nb.png", b"a.png "])
+def test_a_capture_with_a_file_that_the_workflow_cannot_name_is_left_out(name, tmp_path):
+    capture(tmp_path / "good")
+    capture(tmp_path / "bad", os.fsdecode(name))
+    names, causes = told(tmp_path)
+    assert names == ["good"]
+    assert causes["bad"].startswith("the workflow cannot take a file of the name ")
+    assert "\n" not in causes["bad"]
+    causes["bad"].encode()
+
+
+def test_such_a_file_beside_what_is_read_does_not_matter(tmp_path):
+    capture(tmp_path / "good")
+    (tmp_path / "good" / "{notes}.txt").touch()
+    (tmp_path / "good" / "dense").mkdir()
+    (tmp_path / "good" / "dense" / os.fsdecode(b"\xe9")).touch()
+    assert told(tmp_path) == (["good"], {})
+
+
+@pytest.mark.parametrize("name", [b"\xe9t\xe9", b"{scene}"])
+def test_a_capture_whose_own_name_the_workflow_cannot_take_is_left_out(name, tmp_path):
+    capture(tmp_path / "good")
+    capture(tmp_path / os.fsdecode(name))
+    names, causes = told(tmp_path)
+    assert names == ["good"]
+    assert len(causes) == 1
+
+
+def test_an_unreadable_folder_is_left_out(tmp_path, monkeypatch):
+    """As lost+found is. The user root may read all, so that the refusal is made here."""
+    capture(tmp_path / "good")
+    (tmp_path / "lost+found").mkdir()
+    iterdir = Path.iterdir
+
+    def refusing(path):
+        if path.name == "lost+found":
+            raise PermissionError(13, "Permission denied", str(path))
+        return iterdir(path)
+
+    monkeypatch.setattr(capture_folders.Path, "iterdir", refusing)
+    assert told(tmp_path) == (["good"], {"lost+found": "cannot be read (permission denied)"})
+
+
+def test_a_link_that_leads_nowhere_is_left_out(tmp_path):
+    capture(tmp_path / "good")
+    (tmp_path / "moved").symlink_to("gone")
+    (tmp_path / "round").symlink_to("round")
+    names, causes = told(tmp_path)
+    assert names == ["good"]
+    assert causes.keys() == {"moved", "round"}
+
+
+def test_no_capture_that_can_be_used_is_one_line(tmp_path):
+    with pytest.raises(UserError, match="holds no capture; give"):
+        find_captures(tmp_path)
+    with pytest.raises(UserError, match="no such folder"):
+        find_captures(tmp_path / "absent")
+    capture(tmp_path / "bad", "{a}")
+    with pytest.raises(UserError, match=r"holds no capture that can be used \(bad: the workflow cannot take .*; mend"):
+        find_captures(tmp_path)
+
+
+def test_linked_folders_are_inputs_and_circles_end(tmp_path):
+    capture(tmp_path / "elsewhere", "deep/a.png")
+    (tmp_path / "fox").mkdir()
+    for part in ("images", "sparse"):
+        (tmp_path / "fox" / part).symlink_to(tmp_path / "elsewhere" / part)
+    (tmp_path / "elsewhere" / "images" / "again").symlink_to(tmp_path / "elsewhere")
+    os.mkfifo(tmp_path / "elsewhere" / "images" / "pipe")
+    files = [path.relative_to(tmp_path / "fox").as_posix() for path in capture_files(tmp_path / "fox")]
+    assert files[-1] == "sparse/0/cameras.bin"
+    assert sum(name.endswith("a.png") for name in files) == 1
+    assert not any("pipe" in name for name in files)
