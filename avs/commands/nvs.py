@@ -23,6 +23,7 @@ def episode(
     out: Out,
     weights: Weights = None,
     views: Annotated[Path | None, typer.Option(help="views.json of a method that is a program of its own")] = None,
+    follow: Annotated[Path | None, typer.Option(help="episode.json of the method whose views are captured")] = None,
     log: Log = None,
 ) -> None:
     """Run one episode: one method on one scene with one seed."""
@@ -32,7 +33,7 @@ def episode(
     with job(log) as console:
         limit_threads()
         checked = read_record(settings, EpisodeSettings)
-        run_episode(scene, checked, seed, weights, out, console.progress, views)
+        run_episode(scene, checked, seed, weights, out, console.progress, views, follow)
 
 
 @commands.command("common_states")

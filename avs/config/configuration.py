@@ -152,13 +152,14 @@ def load(values: dict[str, Any], programs: Collection[str] = ()) -> Config:
         if identifier in registry.methods():
             fault = f"is a method of {registry.find(identifier).module} and a program as well"
             raise UserError(f"method {identifier}", fault, f"rename workflows/baselines/{identifier}.smk")
-    for identifier in dict.fromkeys((*config.methods, *config.method_protocols)):
+    episodes = dict.fromkeys((*config.methods, *_followed(config, programs)))
+    for identifier in dict.fromkeys((*episodes, *config.method_protocols)):
         protocol_of(config, identifier)
-    for identifier in dict.fromkeys((*config.methods, *config.selectors, *config.method_protocols)):
+    for identifier in dict.fromkeys((*episodes, *config.selectors, *config.method_protocols)):
         if identifier in programs:
             continue
         scorer = registry.find(identifier).method.scorer
-        if identifier in config.methods and scorer is not None and scorer not in config.scorers:
+        if identifier in episodes and scorer is not None and scorer not in config.scorers:
             fault = f"needs the scorer {scorer}, which the configuration does not train"
             raise UserError(f"method {identifier}", fault, f"add scorers.{scorer}, or leave the method out")
         registry.create_settings(identifier, config.selectors.get(identifier, {}))
@@ -201,6 +202,26 @@ def protocol_of(config: Config, method: str) -> ProtocolSettings:
         return protocol_of_method(config.protocol, batches, config.method_protocols.get(method, {}))
     except ValidationError as error:
         raise _readable(error, "method_protocols", method) from None
+
+
+def _followed(config: Config, programs: Collection[str]) -> list[str]:
+    """Return the methods whose episodes those of the run's methods follow.
+
+    Raises:
+        UserError: one of them is no method, or follows another itself.
+    """
+    found = []
+    for identifier in config.methods:
+        method = registry.methods().get(identifier)
+        if method is None or method.method.follows is None:
+            continue
+        other = method.method.follows
+        known = registry.methods().get(other)
+        if other not in programs and (known is None or known.method.follows is not None):
+            fault = f"follows {other}, which is no method that chooses views"
+            raise UserError(f"method {identifier} of {method.module}", fault, "name another method to follow")
+        found.append(other)
+    return found
 
 
 def _check_reference(config: Config) -> None:

@@ -12,7 +12,7 @@ from typing import Literal
 from pydantic import Field
 
 from avs.config.configuration import Config, DataSet, protocol_of, scorer_of
-from avs.config.method_weights import absent_methods, is_program, scoring_methods
+from avs.config.method_weights import absent_methods, choosing_elsewhere, scoring_methods
 from avs.iqa.cross_reference.scorer_settings import RenderJob, RenderSettings, ScorerSettings
 from avs.iqa.no_reference.niqe_settings import FitSettings
 from avs.nvs.common_states_settings import CommonStatesJob, CommonStatesSettings, ScoredMethodSettings
@@ -125,9 +125,7 @@ def _runtime(config: Config, method: str) -> TimingSettings:
 
 
 def _runtime_table(config: Config, _: str) -> RowsJob:
-    reason = Reason(cause="a program of its own is not timed")
-    programs = dict.fromkeys(filter(is_program, config.methods), reason)
-    return RowsJob(methods=config.methods, absent=absent_methods(config) | programs)
+    return RowsJob(methods=config.methods, absent=choosing_elsewhere(config) | absent_methods(config))
 
 
 def _nvs_table(config: Config, dataset: str) -> TableJob:
@@ -139,8 +137,7 @@ def _nvs_table(config: Config, dataset: str) -> TableJob:
 
 
 def _ranking_table(config: Config, _: str) -> RowsJob:
-    programs = dict.fromkeys(filter(is_program, config.methods), Reason(cause="it chooses by itself and has no scores"))
-    return RowsJob(methods=config.methods, absent=absent_methods(config) | programs)
+    return RowsJob(methods=config.methods, absent=choosing_elsewhere(config) | absent_methods(config))
 
 
 def _psnr_over_views(config: Config, _: str) -> FigureJob:

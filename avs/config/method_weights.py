@@ -43,7 +43,7 @@ def weights_of(config: Config, identifier: str) -> Path | Made | Absent | None:
     Published weights come first, then those that the run makes. Files are located, not read: who loads one checks it.
     A method that needs several files looks for them itself and gets none; a program of its own does too.
     """
-    if is_program(identifier):
+    if is_program(identifier) or followed(identifier) is not None:
         return None
     method = registry.find(identifier).method
     if method.scorer is not None:
@@ -68,10 +68,10 @@ def absent_methods(config: Config) -> dict[str, Reason]:
 def scoring_methods(config: Config) -> tuple[str, ...]:
     """Return the methods of the run that score candidates at common states.
 
-    A program of its own has no scores. Those of an oracle that measures a truth are part of that truth.
+    Those of an oracle that measures a truth are that truth itself, which needs no method.
     """
-    absent = absent_methods(config)
-    able = (method for method in config.methods if method not in absent and not is_program(method))
+    absent = absent_methods(config) | choosing_elsewhere(config)
+    able = (method for method in config.methods if method not in absent)
     return tuple(method for method in able if registry.find(method).method.measures is None)
 
 
@@ -79,10 +79,31 @@ def _why_not(config: Config, identifier: str) -> Reason | None:
     """Return why one method cannot run, or None."""
     if is_program(identifier):
         return None
+    other = followed(identifier)
+    if other is not None:
+        reason = _why_not(config, other)
+        return None if reason is None else Reason(cause=f"{other}: {reason.cause}", remedy=reason.remedy)
     settings = registry.create_settings(identifier, config.selectors.get(identifier, {}))
     answer = weights_of(config, identifier)
     misfit = registry.why_not(identifier, settings, config.representation.kind)
     return misfit or (answer.reason if isinstance(answer, Absent) else None)
+
+
+def choosing_elsewhere(config: Config) -> dict[str, Reason]:
+    """Return the methods that look at no reconstruction when they choose, and so can be neither timed nor compared."""
+    found = {}
+    for method in config.methods:
+        other = followed(method)
+        if is_program(method):
+            found[method] = Reason(cause="a program of its own, which chooses by itself")
+        elif other is not None:
+            found[method] = Reason(cause=f"it captures the views of {other} and chooses none")
+    return found
+
+
+def followed(identifier: str) -> str | None:
+    """Return the method whose views a method captures, or None if it chooses by itself."""
+    return None if is_program(identifier) else registry.find(identifier).method.follows
 
 
 def is_program(identifier: str) -> bool:

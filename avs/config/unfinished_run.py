@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from avs.config.jobs import RowsJob, TableJob, settings_of
-from avs.config.method_weights import Made, absent_methods, is_program, weights_of
+from avs.config.method_weights import Made, absent_methods, followed, is_program, weights_of
 from avs.config.run_plan import RunPlan
 from avs.nvs.common_states_settings import CommonStatesJob
 from avs.nvs.episode_settings import EpisodeSettings
@@ -77,10 +77,17 @@ def _episode(plan: RunPlan, method: str, dataset: str, scene: str, seed: int) ->
         method=method,
         path=Path(plan.records["episode"].format(**place)),
         scene=Path(plan.records["scene"].format(**place)),
-        logs=_logs(plan, ["episode", *(["views"] if is_program(method) else [])], place),
+        logs=_episode_logs(plan, place),
         cell=(scene, seed),
         settings=settings.model_dump(mode="json", include={"protocol", "representation"}),
     )
+
+
+def _episode_logs(plan: RunPlan, place: dict[str, str]) -> tuple[Path, ...]:
+    """Return the logs of an episode's job and those before it, the episode that it follows among them."""
+    method = place["method"]
+    own, other = _logs(plan, ["episode", *(["views"] if is_program(method) else [])], place), followed(method)
+    return own if other is None else tuple(dict.fromkeys((*own, *_episode_logs(plan, place | {"method": other}))))
 
 
 def _times(plan: RunPlan, dataset: str, scene: str) -> WantedTimes:

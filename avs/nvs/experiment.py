@@ -36,6 +36,7 @@ def run_episode(
     out: Path,
     progress: Progress,
     views: Path | None = None,
+    followed: Path | None = None,
 ) -> None:
     """Run one episode and write ``episode.json``, ``episode.meta.json`` and the model to the folder ``out``.
 
@@ -47,9 +48,11 @@ def run_episode(
         out: folder of the results.
         progress: receives one line about each step.
         views: the choice of a method that is a program of its own (``avs.nvs.program.ViewList``), or None.
+        followed: the episode of the method that ``Method.follows`` names, with the same scene and seed, or None.
 
     Raises:
-        UserError: see ``avs.nvs.loop.run``; or the device or the weights are not there.
+        UserError: see ``avs.nvs.loop.run``; or the device, the weights or the followed episode is not there or does not
+            fit.
     """
     check_device(settings.device)
     scene = read_scene(scene_folder)
@@ -69,7 +72,11 @@ def run_episode(
         protocol=settings.protocol,
         identity=identity,
         method=method,
-        selector=method.selector(checked, Resources(weights, settings.device)),
+        selector=(
+            method.selector(checked, Resources(weights, settings.device))
+            if method.follows is None
+            else _following(settings.method, method.follows, scene, seed, followed)
+        ),
         build=builder(scene, settings.representation, seed, settings.device),
         evaluate=Evaluator(scene, settings.protocol.lpips, settings.device),
         progress=lambda line: progress(f"{scene.name}, {method.label}, seed {seed}: {line}"),
@@ -115,6 +122,19 @@ def replay_episode(
     _write(out, *run(plan))
 
 
+def _following(method: str, other: str, scene: Scene, seed: int, episode: Path | None) -> ListedViews:
+    """Return the selector that captures the views of another method's episode of the same scene and seed."""
+    if episode is None:
+        raise UserError(f"method {method}", f"captures the views of {other}", "pass --follow its episode.json")
+    recorded = read_record(episode, Episode)
+    wanted = {"method": other, "scene_hash": scene.content_hash, "seed": seed}
+    for name, value in wanted.items():
+        if getattr(recorded, name) != value:
+            fault = f"has {name} {getattr(recorded, name)} instead of {value}"
+            raise UserError(episode, fault, "pass the episode of the followed method with the same scene and seed")
+    return ListedViews(recorded.selected, episode)
+
+
 def _program(protocol: ProtocolSettings, scene: Scene, views: Path) -> Method:
     """Return the method that follows the list of views which a program wrote."""
     initial = [scene.names[index] for index in initial_captures(scene, protocol)]
@@ -154,10 +174,11 @@ def _prepared(build: Builder, recorded: Episode, device: str) -> Builder:
     A method that needs weights is not asked: none of them changes the reconstruction, and the weights may be elsewhere.
     """
     registered = registry.methods().get(recorded.method)
-    if registered is None or registered.method.scorer is not None or registered.method.pretrained:
+    method = None if registered is None else registered.method
+    if method is None or method.scorer is not None or method.pretrained or method.follows is not None:
         return build
     settings = registry.create_settings(recorded.method, recorded.selector)
-    selector = registered.method.selector(settings, Resources(device=device))
+    selector = method.selector(settings, Resources(device=device))
     if not isinstance(selector, PreparesRepresentation):
         return build
 

@@ -30,8 +30,13 @@ ORACLE = "Oracle"
 OWN_SCHEDULE = "Own schedule"
 """Row group of the methods whose views come at other moments than those of all others: no rank, for that reason."""
 
+REPLAYED = "Replayed views"
+"""Row group of the methods that capture another's views on a reconstruction which that method has not changed."""
+
 UNRANKED = {
     OWN_SCHEDULE: "views come at other moments than in the other rows, which by itself changes the result; no rank",
+    REPLAYED: "the views of another row, captured when they are there, on a reconstruction that is fitted as most are: "
+    "what the choice does by itself; no rank, because choosing took that row's own reconstruction",
     ORACLE: "chosen by looking at photographs that a method cannot see; upper references without a rank",
 }
 """The row groups that do not compete, each with what a table says of it."""
@@ -224,6 +229,8 @@ class Method:
         measures: for an oracle whose score is itself a truth that scores are compared with: which one. Its correlation
             with that says nothing, and those with the others need no scores of its own.
         proposed: whether the paper proposes it, so that tables and figures set it off from the others.
+        follows: identifier of the method whose views it captures, in their order, from the episode of the same scene
+            and seed; ``following`` makes such a method. None for a method that chooses.
     """
 
     label: str
@@ -240,6 +247,7 @@ class Method:
     oracle: bool = False
     measures: TruthName | None = None
     proposed: bool = False
+    follows: str | None = None
 
     def selector(self, settings: Settings, resources: Resources) -> Selector:
         """Return the selector that ``build`` makes.
@@ -250,3 +258,20 @@ class Method:
         if self.scorer is not None and resources.weights is None:
             raise UserError(self.label, f"needs the weights of the scorer {self.scorer}", "pass --weights")
         return self.build(settings, resources)
+
+
+def following(other: str, label: str, source: str) -> Method:
+    """Return a method that captures the views of another one's episode, on a reconstruction fitted as most are.
+
+    It parts what a method gains by its choice from what it gains by changing the reconstruction.
+
+    Args:
+        other: identifier of the method whose views are captured.
+        label: the name printed in tables.
+        source: what the comparison shows, in one or two sentences.
+    """
+    return Method(label, REPLAYED, source, "lowest", _chooses_nothing, follows=other)
+
+
+def _chooses_nothing(settings: Settings, resources: Resources) -> Selector:
+    raise TypeError("a method that follows another one's views chooses none: the episode gives them")

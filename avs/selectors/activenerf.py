@@ -11,7 +11,7 @@ from pydantic import Field
 from avs.representations.base import Representation
 from avs.representations.capabilities import capability
 from avs.representations.learned_variance import HasLearnedVariance, VarianceLearning, VarianceReduction
-from avs.selection.contract import Method, Resources, Settings, State
+from avs.selection.contract import Method, Resources, Settings, State, following
 
 
 class ActiveNerfSettings(Settings):
@@ -91,5 +91,11 @@ METHODS = {
         build=ActiveNerfSelector,
         settings=ActiveNerfSettings,
         needs=("learned_variance",),
-    )
+    ),
+    "activenerf-views": following(
+        "activenerf",
+        "ActiveNeRF's views",
+        "The views of ActiveNeRF's episode on Gaussians that learn no variance and follow the common loss: the row of "
+        "ActiveNeRF differs from it by its loss, and it differs from the other rows by the choice.",
+    ),
 }

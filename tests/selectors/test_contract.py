@@ -24,13 +24,28 @@ SIZE = (256, 192)
 SCORED_AT = {False: 256, True: 112}  # long side in pixels, by whether the method is a trained scorer
 # The rows of the benchmark. A method may be added without a line here, but none of these may go.
 IDENTIFIERS = {
-    *("random", "farthest", "activenerf", "fisherrf", "fisherrf4", "fisherrf4-released", "warprf", "popgs", "gauss-mi"),
+    *(
+        "random",
+        "farthest",
+        "activenerf",
+        "activenerf-views",
+        "fisherrf",
+        "fisherrf4",
+        "fisherrf4-released",
+        "warprf",
+        "popgs",
+        "gauss-mi",
+    ),
     *("brisque", "niqe", "piqe", "nima", "musiq", "maniqa", "tres", "topiq", "ours-repvit", "ours-dinov2"),
     *("oracle-ssim", "oracle-psnr", "oracle-gain"),
 }
 RENDERS_ONLY = ("2D-based", "Geometric")
 
-METHODS = [name for name, found in sorted(registry.methods().items()) if missing(found.method.pretrained) is None]
+METHODS = [
+    name
+    for name, found in sorted(registry.methods().items())
+    if missing(found.method.pretrained) is None and found.method.follows is None
+]
 every_method = pytest.mark.parametrize("identifier", METHODS)
 
 

@@ -122,6 +122,12 @@ def test_a_change_of_configuration_reruns_what_reads_it(edited, edit, jobs):
     assert {rule: result.get(rule, 0) for rule in rules} == dict.fromkeys(rules, 0) | jobs
 
 
+def test_a_method_that_follows_another_waits_for_its_episode(tmp_path):
+    folder = checkout(tmp_path)
+    (folder / "tiny.yaml").write_text(yaml.safe_dump(tiny() | {"methods": ["activenerf-views"]}))
+    assert planned(run(folder, "-n", "tables"))["episode"] == 2
+
+
 def test_a_killed_run_resumes_to_the_same_tables(finished, tmp_path):
     folder = checkout(tmp_path)
     words = ["snakemake", "-j1", "tables", "--configfile", "tiny.yaml"]

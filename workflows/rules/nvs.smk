@@ -1,7 +1,7 @@
 # Active novel view synthesis: one episode per data set, scene, method and seed; and one record per data set, scene and
 # seed of the states at which all methods score the same candidates.
 
-from avs.config.method_weights import scoring_methods
+from avs.config.method_weights import followed, scoring_methods
 
 
 module program:
@@ -81,11 +81,22 @@ def listed_views(wildcards):
     return VIEWS
 
 
+def followed_episode(wildcards):
+    """Return the episode whose views a method captures; nothing for a method that chooses."""
+    other = followed(wildcards.method)
+    return [] if other is None else EPISODE.replace("{method}", other)
+
+
+def follow_option(wildcards, input):
+    return f"--follow {input.followed}" if input.followed else ""
+
+
 rule episode:
     input:
         scene=SCENE,
         weights=method_weights,
         views=listed_views,
+        followed=followed_episode,
         kernels=ancient(KERNELS),
         settings=f"{RESULTS}/settings/episode/{{method}}.json",
         code=method_code,
@@ -101,12 +112,13 @@ rule episode:
         scene=subpath(input.scene, parent=True),
         weights=weights_option,
         views=views_option,
+        follow=follow_option,
         folder=subpath(output.episode, parent=True),
     message:
         "episode: {wildcards.method} on {wildcards.scene} of {wildcards.dataset}, seed {wildcards.seed}"
     shell:
         "{AVS} episode {params.scene} {wildcards.seed} --settings {input.settings} {params.weights} {params.views}"
-        " --out {params.folder} --log {log}"
+        " {params.follow} --out {params.folder} --log {log}"
 
 
 COMMON_STATES = f"{RESULTS}/common_states/{{dataset}}/{{scene}}/{{seed}}.json"

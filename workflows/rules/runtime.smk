@@ -1,9 +1,10 @@
 # The time of a selection: one job for each method, alone on the machine, on one reconstruction that all methods share.
 
+from avs.config.method_weights import choosing_elsewhere
 from avs.nvs.timing_settings import RuntimeSettings
 
 RUNTIME = f"{RESULTS}/runtime/{{dataset}}/{{scene}}"
-TIMED = [method for method in RUNNABLE if method not in PROGRAMS]
+TIMED = [method for method in RUNNABLE if method not in choosing_elsewhere(settings)]
 
 
 def timed_scene():

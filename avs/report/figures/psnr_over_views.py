@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 # in dashes as well, for print without colour. The methods that the paper proposes are solid, thicker and in front.
 _PROPOSED_COLOURS = ("#D55E00", "#000000")
 # Upper references: grey, thin and behind, told apart by their dashes.
-_UNRANKED_COLOURS = ("#888888", "#888888", "#333333", "#333333", "#888888")
-_UNRANKED_DASHES = ((0, (1, 1)), (0, (4, 2)), (0, (2, 1)), (0, (5, 1, 1, 1)), (0, (8, 2)))
+_UNRANKED_COLOURS = ("#888888", "#888888", "#333333", "#333333", "#888888", "#bbbbbb")
+_UNRANKED_DASHES = ((0, (1, 1)), (0, (4, 2)), (0, (2, 1)), (0, (5, 1, 1, 1)), (0, (8, 2)), (0, (3, 1, 1, 1, 1, 1)))
 _OTHER_COLOURS = ("#0072B2", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#777777", "#882255", "#999933")
 # Those with which one colour comes again, three places on in the circle, do not look the same.
 _DASHES = ((0, (5, 1.5)), (0, (1, 1.2)), (0, (4, 1.2, 1, 1.2)), (0, (3, 1, 1, 1, 1, 1)), (0, (8, 2)))
