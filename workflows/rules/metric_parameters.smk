@@ -23,6 +23,7 @@ rule niqe_fit:
         f"{RESULTS}/parameters/niqe.safetensors",
     log:
         f"{LOGS}/parameters/niqe.log",
+    priority: 2  # as what trains scorers: the common states wait for it
     params:
         scenes=scene_folders,
     message:
