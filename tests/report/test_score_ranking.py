@@ -84,6 +84,16 @@ def test_values_by_hand(table, tmp_path):
     assert len(own) == 8
 
 
+def test_the_interval_is_over_scenes(table):
+    values = {"attic": ORDERED, "cellar": ONE, "hall": TWO}
+    rows, _, _ = table([make_states([state()], [scored("random", scores)], scene) for scene, scores in values.items()])
+    row = rows["random", "ssim", "spearman"]
+    # 1, 0.8, 0.6: deviation 0.2; Student's t of two degrees of freedom is 4.3027, times 0.2 over the root of three.
+    assert (row["mean"], row["low"], row["high"]) == ("0.8000", "0.3032", "1.2968")
+    rows, _, _ = table([make_states([state(), state(views=12)], [scored("random", ONE, TWO)])])
+    assert (rows["random", "ssim", "spearman"]["low"], rows["random", "ssim", "spearman"]["high"]) == ("", "")
+
+
 def test_two_states_have_no_spread(table):
     rows, markdown, _ = table([make_states([state(), state(views=12)], [scored("random", ONE, ONE)])])
     assert (rows["random", "ssim", "spearman"]["mean"], rows["random", "ssim", "spearman"]["spread"]) == ("0.8000", "")

@@ -18,7 +18,20 @@ from avs.report.tables.table_notes import count, unranked_notes, whole_row
 from avs.system.reasons import Reason
 from metrics.statistics import ENOUGH_FOR_SPREAD
 
-FIELDS = ("method", "group", "target", "statistic", "mean", "spread", "states", "scenes", "seeds", "note")
+FIELDS = (
+    "method",
+    "group",
+    "target",
+    "statistic",
+    "mean",
+    "spread",
+    "low",
+    "high",
+    "states",
+    "scenes",
+    "seeds",
+    "note",
+)
 """Columns of the csv file."""
 
 STATE_FIELDS = ("method", "target", "statistic", "scene", "seed", "views", "candidates", "value")
@@ -195,7 +208,8 @@ def _listing(rows: Sequence[Presented], numbers: _Numbers) -> Listing:
             cells = {state.cell for state in each.defined}
             counts = (len(each.defined), len({scene for scene, _ in cells}), len({seed for _, seed in cells}))
             note = "; ".join(_left_out(each)) if each.missing is None else str(each.missing)
-            values = (plain(each.mean, _DECIMALS), plain(each.spread, _DECIMALS))
+            ends = (None, None) if each.interval is None else (each.interval.low, each.interval.high)
+            values = (plain(value, _DECIMALS) for value in (each.mean, each.spread, *ends))
             records.append((row.identifier, row.group, column.target, column.statistic, *values, *counts, note))
     return Listing(FIELDS, tuple(records))
 

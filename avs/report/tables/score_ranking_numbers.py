@@ -18,7 +18,7 @@ from avs.selection.contract import Direction, TruthName
 from avs.system.reasons import Reason
 from metrics.definitions import Metric
 from metrics.ranking import Correlation, kendall, spearman
-from metrics.statistics import spread_of
+from metrics.statistics import Interval, interval_over_scenes, spread_of
 
 FloatArray = npt.NDArray[np.float64]
 Values = Sequence[float | None]
@@ -81,12 +81,14 @@ class Ranking:
     Attributes:
         mean: mean over scenes and seeds of the mean over states, or None with a reason in ``missing``.
         spread: standard deviation (n - 1) over all states; None for fewer than three.
+        interval: 95 % interval of the mean over scenes of this kind; None for one scene.
         states: the correlation at each state, those that are undefined too.
         missing: why there is no mean, or None.
     """
 
     mean: float | None = None
     spread: float | None = None
+    interval: Interval | None = None
     states: Sequence[StateCorrelation] = field(default_factory=list)
     missing: Reason | None = None
 
@@ -151,7 +153,11 @@ def averaged(states: Sequence[StateCorrelation]) -> Ranking:
             cause = f"{scene}, seed {seed}: {', '.join(sorted(filter(None, reasons)))}"
             return Ranking(states=states, missing=Reason(cause=cause))
     every = [value for values in cells.values() for value in values]
-    return Ranking(float(np.mean([np.mean(values) for values in cells.values()])), spread_of(every), states)
+    scenes: dict[str, list[float]] = {}
+    for (scene, _), values in cells.items():
+        scenes.setdefault(scene, []).append(float(np.mean(values)))
+    interval = interval_over_scenes(list(scenes.values()))
+    return Ranking(float(np.mean([np.mean(values) for values in cells.values()])), spread_of(every), interval, states)
 
 
 def _ranking(records: StateRecords, method: str, column: Correlated, absent: Mapping[str, Reason]) -> Ranking:
