@@ -85,7 +85,13 @@ def test_what_else_the_machine_did_is_told_and_the_disturbed_are_named(episode, 
     records = [make_record(other_cores=0.016), make_record("random", other_cores=1.7, label="Random")]
     _, markdown, _ = table(records, [episode("fisherrf"), episode("random")], ["fisherrf", "random"])
     assert "after a warm-up; other programs kept 0.02 to 1.70 cores of the machine busy." in markdown
-    assert "- times may be too long, because other programs kept cores busy meanwhile: Random (1.70)\n" in markdown
+    said = "- times may be too long, because other programs kept cores busy meanwhile: Random (1.70)"
+    assert f"{said}\n- times have no marks, because there was more work than cores\n" in markdown
+    assert "**0.300**" not in markdown
+    records = [make_record(), make_record("random", other_cores=0.9, label="Random")]
+    _, markdown, _ = table(records, [episode("fisherrf"), episode("random")], ["fisherrf", "random"])
+    assert "meanwhile: Random (0.90)\n" in markdown
+    assert "**0.300**" in markdown
     _, markdown, _ = table([make_record()], [episode("fisherrf")], ["fisherrf"])
     assert "other programs kept 0.02 cores of the machine busy." in markdown
     assert "too long" not in markdown
@@ -98,7 +104,7 @@ def test_what_else_the_machine_did_is_told_and_the_disturbed_are_named(episode, 
 
 def test_what_computes_on_the_processor_has_no_time_beside_a_gpu(episode, table):
     """Else the table would compare a CPU with a GPU and call it methods."""
-    gpu = {"device": "cuda", "machine": {"processor": "a processor", "gpu": "a GPU"}}
+    gpu = {"device": "cuda", "machine": {"processor": "a processor", "cores": "2", "gpu": "a GPU"}}
     records = [make_record(**gpu), make_record("musiq", label="MUSIQ", computed_on="cuda", **gpu)]
     rows, markdown, _ = table(records, [episode("fisherrf"), episode("musiq")], ["fisherrf", "musiq"])
     assert rows["musiq", "selection_seconds"]["value"] == "0.30000"

@@ -30,12 +30,14 @@ PUBLISHED = "table,dataset,scene,method,metric,value\n" + "".join(
 def table(tmp_path, written):
     """Write the table of some episodes; return its rows by (method, metric) and its Markdown and LaTeX."""
 
-    def write(episodes, methods=METHODS, published=None, dataset="orbit", absent=None, reference=REFERENCE):
+    def write(
+        episodes, methods=METHODS, published=None, dataset="orbit", absent=None, reference=REFERENCE, left_out=None
+    ):
         if published is not None:
             (tmp_path / "published.csv").write_text(published)
         source = None if published is None else tmp_path / "published.csv"
         out = tmp_path / "tables" / f"nvs_{dataset}"
-        write_nvs_table(written(episodes), methods, dataset, source, out, absent or {}, reference)
+        write_nvs_table(written(episodes), methods, dataset, source, out, absent or {}, reference, left_out)
         with open(f"{out}.csv", newline="") as stream:
             rows = {(row["method"], row["metric"]): row for row in csv.DictReader(stream)}
         return rows, *(out.with_name(out.name + ending).read_text() for ending in (".md", ".tex"))
@@ -297,6 +299,16 @@ def test_a_note_of_several_scenes_is_told_once_with_their_names(episode, table):
     assert "- attic, cellar: 2 images are undistorted\n- cold\n" in markdown
     _, markdown, _ = table(episodes[:2], ["random"])
     assert "- every scene: 2 images are undistorted\n" in markdown
+
+
+def test_folders_that_are_no_scenes_are_counted_and_told_by_reason(episode, table):
+    reason = Reason(cause="cannot be read (permission denied)", remedy="give yourself the permission")
+    _, markdown, _ = table(
+        [episode("random")], ["random"], left_out={"lost+found": reason, "b": reason, "c": Reason(cause="x")}
+    )
+    assert "Left out: 3 folders of it that cannot be a scene. Test images" in markdown
+    assert f"- left out, lost+found, b: {reason}\n- left out, c: x\n" in markdown
+    assert "eft out" not in table([episode("random")], ["random"])[1]
 
 
 def test_views_that_do_not_depend_on_the_seed_are_told(episode, table):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from avs.nvs.timing_record import Runtime
@@ -91,10 +92,10 @@ def selection_times(
     """
     paper = {key: text for path in published for key, text in read_published(path, _PUBLISHED_SCENE).values.items()}
     metrics = [*COLUMNS, *(_PUBLISHED_COLUMNS if paper else ())]
-    columns = tuple(map(Column, metrics))
     numbers = summarise_runtime(records, episodes, methods, absent)
     rows = [presented(method, episodes) for method in methods]
     ordered = [records[method] for method in methods if method in records]
+    columns = _columns(metrics, fought_over=any(map(_fought_over, ordered)))
     cells = {method: _cells(method, numbers[method], paper) for method in methods}
     return Document(
         label=f"runtime-{ordered[0].scene}",
@@ -104,6 +105,19 @@ def selection_times(
         notes=tuple(_notes(rows, numbers, ordered, episodes, has_paper=bool(paper))),
         listing=_listing(rows, numbers, paper),
     )
+
+
+def _columns(metrics: Sequence[Metric], fought_over: bool) -> tuple[Column, ...]:
+    """Return the columns; times are not ranked where another program may have had the core of one of them."""
+    return tuple(
+        Column(replace(metric, higher_is_better=None) if fought_over and metric.unit == "s" else metric)
+        for metric in metrics
+    )
+
+
+def _fought_over(record: Runtime) -> bool:
+    """Whether the machine had more work than cores while a method was timed."""
+    return record.other_cores is not None and record.other_cores + record.threads > int(record.machine["cores"])
 
 
 def _cells(method: str, row: Mapping[str, Times], paper: _Paper) -> list[Cell]:
@@ -181,6 +195,8 @@ def _load_notes(records: Sequence[Runtime]) -> list[str]:
     if disturbed:
         told = ", ".join(f"{each.label} ({each.other_cores:.2f})" for each in disturbed)
         lines.append(f"times may be too long, because other programs kept cores busy meanwhile: {told}")
+    if any(map(_fought_over, records)):
+        lines.append("times have no marks, because there was more work than cores")
     if records[0].device == "cuda":
         lines.append("whether other programs used the GPU is not measured")
     return lines

@@ -59,6 +59,14 @@ def missing_notes(
     return [*left_out(episodes), *lines]
 
 
+def no_scenes(left_out: Mapping[str, Reason]) -> list[str]:
+    """Say why folders of a data set are none of its scenes, those of one reason together."""
+    names: dict[str, list[str]] = {}
+    for name, reason in left_out.items():
+        names.setdefault(str(reason), []).append(name)
+    return [f"left out, {', '.join(found)}: {reason}" for reason, found in names.items()]
+
+
 def spread_note(episodes: Episodes, methods: Sequence[str]) -> list[str]:
     """Say why spreads over seeds are left out, if some are."""
     few = [len(episodes.complete_seeds(method)) for method in methods]

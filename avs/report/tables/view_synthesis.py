@@ -18,6 +18,7 @@ from avs.report.tables.reference_differences import comparison, comparison_notes
 from avs.report.tables.table_notes import (
     count,
     missing_notes,
+    no_scenes,
     scenes_and_seeds,
     span,
     spread_note,
@@ -96,6 +97,7 @@ def view_synthesis(
     Raises:
         UserError: the published values cannot be read.
     """
+    left_out = left_out or {}
     paper = None if published is None else read_published(published)
     beside = {} if paper is None else paper.values
     why_not = None if paper is None else _why_no_difference(paper, episodes)
@@ -108,6 +110,7 @@ def view_synthesis(
     differences = None if compared_with is None else comparison(compared_with, episodes, rows, numbers)
     notes = [
         *missing_notes(episodes, COLUMNS, rows, reasons),
+        *no_scenes(left_out),
         *comparison_notes(differences, reference, rows, episodes),
         *spread_note(episodes, methods),
         *_lpips_note(episodes),
@@ -116,12 +119,11 @@ def view_synthesis(
         *equal_views(episodes),
         *own_schedules(episodes),
         *repeated_notes(episodes),
-        *(f"left out of the scenes: {name}, which {reason.cause}" for name, reason in (left_out or {}).items()),
         *unranked_notes(rows),
     ]
     return Document(
         label=f"nvs-{episodes.dataset}",
-        caption=(*incomplete(episodes), *_caption(episodes, numbers)),
+        caption=(*incomplete(episodes), *_caption(episodes, numbers, len(left_out))),
         columns=columns,
         groups=arranged(columns, rows, cells),
         notes=tuple(dict.fromkeys(notes)),
@@ -159,7 +161,7 @@ def _cells(method: str, row: Mapping[str, Entry], published: _Published) -> list
     ]
 
 
-def _caption(episodes: Episodes, numbers: _Numbers) -> list[str]:
+def _caption(episodes: Episodes, numbers: _Numbers, left_out: int) -> list[str]:
     """Return what was measured, on what, and how."""
     facts = [
         *scenes_and_seeds(episodes),
@@ -170,6 +172,7 @@ def _caption(episodes: Episodes, numbers: _Numbers) -> list[str]:
     ]
     sentences = [
         f"Active view selection on the data set {episodes.dataset}: {', '.join(facts)}.",
+        *([f"Left out: {count(left_out, 'folder')} of it that cannot be a scene."] if left_out else []),
         "Test images at the end of the optimisation; mean over seeds of the mean over scenes.",
     ]
     if _has_spread(numbers):
