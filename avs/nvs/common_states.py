@@ -8,6 +8,7 @@ of it. What differs between two methods' rank correlations with the truth is the
 from __future__ import annotations
 
 import tempfile
+import textwrap
 import traceback
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -150,7 +151,8 @@ class _States:
                 scores.append(select_views(method, selector, state, 1).recorded_scores())
         # a plug-in may raise anything, or end the process; the others' scores are worth more than its end
         except (Exception, SystemExit) as error:
-            traceback.print_exc()
+            # marked, so that nobody takes it for the end of this job
+            print(textwrap.indent(traceback.format_exc(), "| "), flush=True)
             failure = str(error) if isinstance(error, UserError) else f"{type(error).__name__}: {error}"
         seconds = clock(self._settings.device) - start
         self._progress(f"{self.scene.name}, {method.label}: {failure or f'scored in {seconds:.1f} s'}")

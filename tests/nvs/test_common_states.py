@@ -19,6 +19,7 @@ from avs.selection.contract import Method
 from avs.selection.registry import Registered
 from avs.selection.session import Session
 from avs.system.errors import UserError
+from avs.system.job_logs import fault_of
 from avs.system.records import read_record
 from avs.system.seeds import seed_of
 from metrics.image import psnr, ssim
@@ -109,7 +110,7 @@ def test_a_method_that_prepares_the_reconstruction_scores_a_twin_of_as_many_step
     assert selectors["own"].seen == selectors["plain"].seen
 
 
-def test_one_failure_leaves_the_others_as_they_are(run, tmp_path):
+def test_one_failure_leaves_the_others_as_they_are(run, tmp_path, capsys):
     class Fails:
         def __init__(self, error):
             self.calls = 0
@@ -141,6 +142,11 @@ def test_one_failure_leaves_the_others_as_they_are(run, tmp_path):
         "broken": "ValueError: broken returned scores that are not 10 finite numbers",  # a pool of 14 less 4 views
         "sound": None,
     }
+    # The traceback is there, and is not what a killed job would be thought to have ended with.
+    printed = capsys.readouterr().out
+    (tmp_path / "job.log").write_text(printed)
+    assert "| RuntimeError: no luck" in printed
+    assert fault_of(tmp_path / "job.log") is None
     scores = {scored.method: scored.scores for scored in record.methods}
     assert scores["raises"][0] is not None
     assert scores["raises"][1] is None
