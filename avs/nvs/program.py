@@ -63,5 +63,5 @@ def read_views(path: Path, initial: Sequence[str]) -> tuple[ViewList, ListedView
     Raises:
         UserError: the file is missing or does not follow the schema.
     """
-    listed = read_record(path, ViewList)
+    listed = read_record(path, ViewList, edited=True)
     return listed, ListedViews([name for name in dict.fromkeys(listed.views) if name not in initial], path)

@@ -1,34 +1,66 @@
-"""Records on disk: typed, checked when read, written whole as canonical JSON."""
+"""Records on disk: typed, checked when read, written whole as canonical JSON with a digest of what they say."""
 
 from __future__ import annotations
 
+import hashlib
 import json
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
 from avs.system.errors import UserError
-from avs.system.files import write_json
+from avs.system.files import canonical_json, write_text
 from avs.system.models import first_fault
 
 RecordType = TypeVar("RecordType", bound=BaseModel)
 
+DIGEST = "digest"
+"""The key of a record that holds the SHA-256 of all the others, as canonical JSON."""
 
-def read_record(path: Path, kind: type[RecordType], remedy: str = "delete it and run again") -> RecordType:
-    """Read and check a record; ``remedy`` tells what to do about a damaged one.
 
-    Raises:
-        UserError: the file is missing, is not JSON, or does not follow the schema.
-    """
-    try:
-        return kind.model_validate_json(Path(path).read_bytes())
-    except OSError as error:
-        raise UserError(path, error.strerror or "cannot be read", "run the job that makes it again") from error
-    except ValidationError as error:
-        raise UserError(path, ": ".join(filter(None, first_fault(error))), remedy) from error
+def record_text(record: BaseModel) -> str:
+    """Return what ``write_record`` writes: canonical JSON, with the digest of all that it says."""
+    values = json.loads(record.model_dump_json())
+    return canonical_json(values | {DIGEST: _digest(values)})
 
 
 def write_record(path: Path, record: BaseModel) -> None:
-    """Write ``record`` atomically as canonical JSON."""
-    write_json(path, json.loads(record.model_dump_json()))
+    """Write ``record`` atomically, see ``record_text``."""
+    write_text(path, record_text(record))
+
+
+def read_record(
+    path: Path, kind: type[RecordType], remedy: str = "delete it and run again", *, edited: bool = False
+) -> RecordType:
+    """Read and check a record.
+
+    Args:
+        path: the file.
+        kind: the model that it follows.
+        remedy: what to do about a damaged one.
+        edited: whether the record may have been written or changed by hand, so that its digest says nothing.
+
+    Raises:
+        UserError: the file is missing, is not JSON, does not follow the schema, or is not as it was written.
+    """
+    try:
+        content = Path(path).read_bytes()
+    except OSError as error:
+        raise UserError(path, error.strerror or "cannot be read", "run the job that makes it again") from error
+    try:
+        values = json.loads(content)
+        digest = values.pop(DIGEST, None)
+        text = canonical_json(values)
+        if not edited and digest != _digest(values):
+            fault = "its digest is missing" if digest is None else "was changed after it was written"
+            raise UserError(path, fault, remedy)
+        return kind.model_validate_json(text)
+    except ValidationError as error:
+        raise UserError(path, ": ".join(filter(None, first_fault(error))), remedy) from error
+    except (ValueError, AttributeError, TypeError, RecursionError) as error:
+        raise UserError(path, f"is not a JSON object ({str(error)[:100]})", remedy) from error
+
+
+def _digest(values: dict[str, Any]) -> str:
+    return hashlib.sha256(canonical_json(values).encode()).hexdigest()

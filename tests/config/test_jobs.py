@@ -9,8 +9,7 @@ import yaml
 from avs.config.configuration import load
 from avs.config.jobs import JOBS, settings_of
 from avs.system.errors import UserError
-from avs.system.files import canonical_json
-from avs.system.records import read_record
+from avs.system.records import read_record, record_text
 from tests.workflow.project import ROOT
 
 NAMES = {
@@ -31,14 +30,14 @@ def config():
 def test_a_command_reads_what_the_workflow_wrote(rule, config, tmp_path):
     settings = settings_of(config, f"{rule}/{NAMES.get(rule, '')}")
     path = tmp_path / "settings.json"
-    path.write_text(canonical_json(settings.model_dump(mode="json")))
+    path.write_text(record_text(settings))
     assert read_record(path, type(settings)) == settings
 
 
 @pytest.mark.parametrize("rule", JOBS)
 def test_a_damaged_file_is_one_line(rule, config, tmp_path):
     settings = settings_of(config, f"{rule}/{NAMES.get(rule, '')}")
-    values = settings.model_dump(mode="json")
+    values = json.loads(record_text(settings))
     path = tmp_path / "settings.json"
     for text in (json.dumps(values)[:-1], json.dumps(values | {"unheard": 1}), "[]"):
         path.write_text(text)

@@ -164,7 +164,7 @@ def test_records_of_other_settings_and_scenes_do_not_count(results):
     assert table.startswith("Incomplete: 3 of 12 episodes are missing.")
     assert "no episode of attic with seed 0: it was run with another protocol" in table
     assert "it was run on an earlier version of the scene" in table
-    assert "Invalid JSON" in table
+    assert "is not a JSON object" in table
 
 
 def test_a_complete_run_has_the_complete_table(results, written, tmp_path):

@@ -429,7 +429,7 @@ def test_unfit_episodes_are_refused_in_one_line(episode, table, damage, fault):
 
 def test_damaged_files_are_refused_in_one_line(episode, written, tmp_path):
     (path,) = written([episode("random")])
-    for text, fault in (("{", "Invalid JSON"), ('{"scene": 1}', "scene")):
+    for text, fault in (("{", "is not a JSON object"), ('{"scene": 1}', "its digest is missing")):
         path.write_text(text)
         with pytest.raises(UserError, match=fault) as error:
             write_nvs_table([path], ["random"], "orbit", None, tmp_path / "nvs_orbit", {}, REFERENCE)

@@ -39,7 +39,7 @@ def test_a_damaged_settings_file_is_one_line(tmp_path):
     result = subprocess.run(words, cwd=ROOT, env=environment(), capture_output=True, text=True, check=False)
     assert result.returncode == 2
     assert result.stderr.count("\n") == 1
-    assert result.stderr.startswith(f"error: {settings}: Invalid JSON")
+    assert result.stderr.startswith(f"error: {settings}: is not a JSON object")
     assert not (tmp_path / "scene").exists()
 
 

@@ -14,6 +14,8 @@ import pytest
 import yaml
 from factories import small_scene
 
+from avs.nvs.episode_settings import EpisodeSettings
+from avs.system.records import read_record, write_record
 from tests.workflow.project import METHODS, ROOT, checkout, environment, run, tiny
 
 
@@ -226,8 +228,8 @@ def test_a_gpu_that_is_not_there_is_one_line(finished, tmp_path):
     if torch.cuda.is_available():
         pytest.skip("there is a GPU here")
     settings = tmp_path / "settings.json"
-    values = (finished / "results/tiny/settings/episode/random.json").read_text()
-    settings.write_text(values.replace('"device": "cpu"', '"device": "cuda"'))
+    told = read_record(finished / "results/tiny/settings/episode/random.json", EpisodeSettings)
+    write_record(settings, told.model_copy(update={"device": "cuda"}))
     scene = finished / "results/tiny/scenes/orbit/orbit_0"
     words = [
         sys.executable,

@@ -12,7 +12,7 @@ from avs.representations import kinds
 from avs.selection import registry
 from avs.system.code_inputs import sources
 from avs.system.errors import UserError
-from avs.system.files import canonical_json
+from avs.system.records import record_text
 
 # Methods that are programs of their own, each a file of rules of the method's name.
 BASELINES = sorted(Path(workflow.basedir, "workflows", "baselines").glob("*.smk"))
@@ -50,9 +50,7 @@ wildcard_constraints:
 
 def settings_text(wildcards):
     """Return the text of a settings file: what the jobs that read it are told. Equal settings are equal text."""
-    return canonical_json(
-        settings_of(settings, wildcards.job).model_dump(mode="json")
-    ).strip()
+    return record_text(settings_of(settings, wildcards.job)).strip()
 
 
 def repeated(option, paths):

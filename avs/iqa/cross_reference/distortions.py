@@ -14,12 +14,11 @@ from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
-import safetensors
 from pydantic import Field, ValidationError
 
 from avs.system.errors import UserError
 from avs.system.models import StrictModel
-from avs.system.tensor_files import write_tensors
+from avs.system.tensor_files import read_tensors, write_tensors
 
 _FORMAT = "avs-renders-1"
 _REMEDY = "delete it and make the renderings again"
@@ -110,30 +109,26 @@ def read_distortions(path: Path) -> Distortions:
     Raises:
         UserError: the file is missing, truncated, not safetensors, or its parts contradict each other.
     """
+    arrays, values = read_tensors(path, "header", _REMEDY)
     try:
-        with safetensors.safe_open(path, framework="numpy") as file:
-            header = _Header.model_validate_json((file.metadata() or {}).get("header", "{}"))
-            if header.format != _FORMAT:
-                raise UserError(path, f"format {header.format!r}, expected {_FORMAT!r}", _REMEDY)
-            count = len(header.images)
-            data = Distortions(
-                scene=header.scene,
-                scene_hash=header.scene_hash,
-                photographs=tuple(cast(Image, file.get_tensor(f"photograph/{i}")) for i in range(header.photographs)),
-                moments=header.moments,
-                renderings=tuple(cast(Image, file.get_tensor(f"rendering/{j}")) for j in range(count)),
-                maps=tuple(cast(CodedMap, file.get_tensor(f"ssim/{j}")) for j in range(count)),
-                images=header.images,
-                moment_of=header.moment_of,
-            )
-    except FileNotFoundError as error:
-        raise UserError(path, "no such file", "make the renderings first") from error
+        header = _Header.model_validate(values)
+        data = Distortions(
+            scene=header.scene,
+            scene_hash=header.scene_hash,
+            photographs=tuple(cast(Image, arrays[f"photograph/{i}"]) for i in range(header.photographs)),
+            moments=header.moments,
+            renderings=tuple(cast(Image, arrays[f"rendering/{j}"]) for j in range(len(header.images))),
+            maps=tuple(cast(CodedMap, arrays[f"ssim/{j}"]) for j in range(len(header.images))),
+            images=header.images,
+            moment_of=header.moment_of,
+        )
     except ValidationError as error:
-        raise UserError(
-            path, "not distortion data of this program (its header is missing or damaged)", _REMEDY
-        ) from error
-    except (OSError, safetensors.SafetensorError) as error:
-        raise UserError(path, f"not readable distortion data ({error})", _REMEDY) from error
+        fault = "not distortion data of this program (its header is missing or damaged)"
+        raise UserError(path, fault, _REMEDY) from error
+    except KeyError as error:
+        raise UserError(path, f"not distortion data of this program ({error.args[0]} is missing)", _REMEDY) from error
+    if header.format != _FORMAT:
+        raise UserError(path, f"format {header.format!r}, expected {_FORMAT!r}", _REMEDY)
     _check(path, data)
     return data
 

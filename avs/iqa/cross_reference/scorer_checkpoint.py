@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
+from typing import Any
 
-import safetensors
+import torch
 from pydantic import TypeAdapter, ValidationError
 
 from avs.iqa.cross_reference.crossscore import is_archive, read_crossscore
@@ -14,10 +14,11 @@ from avs.iqa.cross_reference.scorer_settings import AnyNetwork
 from avs.iqa.cross_reference.training_facts import TrainingFacts
 from avs.system.errors import UserError
 from avs.system.models import first_fault
-from avs.system.tensor_files import write_tensors
+from avs.system.tensor_files import read_tensors, write_tensors
 from avs.system.weights.cache import damage, find
 
 _FORMAT = "avs-cross-reference-1"
+_HEADER = "network"
 _NETWORK: TypeAdapter[AnyNetwork] = TypeAdapter(AnyNetwork)
 _REMEDY = "delete it and train the scorer again"
 
@@ -30,7 +31,7 @@ def save_network(path: Path, network: CrossReferenceNetwork, training: TrainingF
     state = {key: value.detach().cpu().numpy() for key, value in network.state_dict().items()}
     told = None if training is None else training.model_dump(mode="json")
     header = {"format": _FORMAT, "settings": network.settings.model_dump(mode="json"), "training": told}
-    write_tensors(path, state, "network", header)
+    write_tensors(path, state, _HEADER, header)
 
 
 def load_network(path: Path, backbone: str | None = None) -> CrossReferenceNetwork:
@@ -60,12 +61,10 @@ def read_training(path: Path) -> TrainingFacts | None:
     Raises:
         UserError: its header is damaged.
     """
-    with safetensors.safe_open(path, framework="pt") as file:
-        metadata = file.metadata() or {}
+    told = read_tensors(path, _HEADER, _REMEDY)[1].get("training")
     try:
-        told = json.loads(metadata["network"]).get("training")
         return None if told is None else TrainingFacts.model_validate(told)
-    except (AttributeError, KeyError, ValueError) as error:
+    except ValueError as error:
         raise UserError(path, "its header does not tell of its training as it should", _REMEDY) from error
 
 
@@ -79,13 +78,9 @@ def _read_published(path: Path) -> CrossReferenceNetwork:
 
 def _read(path: Path) -> CrossReferenceNetwork:
     """Read what ``save_network`` wrote."""
-    try:
-        with safetensors.safe_open(path, framework="pt") as file:
-            metadata = file.metadata() or {}
-            state = {key: file.get_tensor(key) for key in file.keys()}  # noqa: SIM118 (not a dictionary)
-    except (OSError, safetensors.SafetensorError) as error:
-        raise UserError(path, f"not a readable safetensors file ({error})", _REMEDY) from error
-    network = build_network(_settings(path, metadata), seed=0).eval()
+    arrays, header = read_tensors(path, _HEADER, _REMEDY)
+    state = {name: torch.from_numpy(array) for name, array in arrays.items()}
+    network = build_network(_settings(path, header), seed=0).eval()
     try:
         network.load_state_dict(state)
     except RuntimeError as error:
@@ -95,13 +90,12 @@ def _read(path: Path) -> CrossReferenceNetwork:
     return network
 
 
-def _settings(path: Path, metadata: dict[str, str]) -> AnyNetwork:
+def _settings(path: Path, header: dict[str, Any]) -> AnyNetwork:
     try:
-        header = json.loads(metadata["network"])
         if header["format"] != _FORMAT:
             raise UserError(path, f"format {header['format']!r}, expected {_FORMAT!r}", _REMEDY)
         return _NETWORK.validate_python(header["settings"])
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, ValueError) as error:
         # pydantic's ValidationError is a ValueError too, of several lines
         damaged = "its header is missing or damaged"
         detail = ": ".join(filter(None, first_fault(error))) if isinstance(error, ValidationError) else damaged

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import safetensors
 
 from avs.iqa.no_reference.niqe import FEATURES, Gaussian, checked, local_statistics, luminance, patch_features
 from avs.iqa.no_reference.niqe_settings import FitSettings
 from avs.iqa.resizing import Pixels, resized, to_tensor
 from avs.scene.scene import read_scene
 from avs.system.errors import UserError
-from avs.system.tensor_files import write_tensors
+from avs.system.tensor_files import read_tensors, write_tensors
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -128,17 +126,14 @@ def read_fitted(path: Path) -> FittedParameters:
     Raises:
         UserError: the file is missing, truncated, or something else.
     """
+    arrays, card = read_tensors(path, "niqe", _REMEDY)
     try:
-        with safetensors.safe_open(path, "np") as opened:
-            card = json.loads((opened.metadata() or {})["niqe"])
-            if card["format"] != _FORMAT:
-                raise UserError(path, f"format {card['format']!r}, expected {_FORMAT!r}", _REMEDY)
-            settings = FitSettings.model_validate(card["settings"])
-            gaussian = Gaussian(opened.get_tensor("mean"), opened.get_tensor("covariance"), settings.fit.patch)
-            photographs = int(card["photographs"])
-    except FileNotFoundError as error:
-        raise UserError(path, "no such file", "fit NIQE's parameters first: python -m avs niqe_fit") from error
-    except (OSError, safetensors.SafetensorError, KeyError, TypeError, ValueError) as error:
+        if card["format"] != _FORMAT:
+            raise UserError(path, f"format {card['format']!r}, expected {_FORMAT!r}", _REMEDY)
+        settings = FitSettings.model_validate(card["settings"])
+        gaussian = Gaussian(arrays["mean"], arrays["covariance"], settings.fit.patch)
+        photographs = int(card["photographs"])
+    except (KeyError, TypeError, ValueError) as error:
         reason = " ".join(str(error).split())[:100]
         raise UserError(path, f"not parameters that avs niqe_fit wrote ({reason})", _REMEDY) from error
     return FittedParameters(checked(gaussian, path, _REMEDY), settings, photographs)

@@ -6,16 +6,17 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
+import torch
 from pydantic import ValidationError
-from safetensors import SafetensorError, safe_open
-from safetensors.torch import save_file
 from torch import Tensor
 
 from avs.representations.gaussians.gaussian_settings import GaussianSettings
 from avs.scene.similarity import Similarity
 from avs.system.errors import UserError
-from avs.system.files import atomic_path, canonical_json
 from avs.system.models import StrictModel, first_fault
+from avs.system.tensor_files import read_tensors, write_tensors
+
+_HEADER = "state"
 
 
 class CheckpointState(StrictModel):
@@ -34,11 +35,8 @@ class CheckpointState(StrictModel):
 
 def write_checkpoint(path: Path, tensors: Mapping[str, Tensor], state: CheckpointState) -> None:
     """Write ``tensors`` and ``state`` to ``path`` atomically."""
-    # One metadata entry: safetensors keeps them in a hash map, whose order differs from run to run.
-    metadata = {"state": canonical_json(state.model_dump(mode="json"))}
-    arrays = {name: tensor.detach().cpu().contiguous() for name, tensor in tensors.items()}
-    with atomic_path(path) as temporary:
-        save_file(arrays, temporary, metadata=metadata)
+    arrays = {name: tensor.detach().cpu().numpy() for name, tensor in tensors.items()}
+    write_tensors(path, arrays, _HEADER, state.model_dump(mode="json"))
 
 
 def read_checkpoint(path: Path) -> tuple[dict[str, Tensor], CheckpointState]:
@@ -48,12 +46,9 @@ def read_checkpoint(path: Path) -> tuple[dict[str, Tensor], CheckpointState]:
         UserError: the file is missing, damaged, or not a checkpoint of Gaussians.
     """
     remedy = "give the path of a checkpoint of Gaussians, or fit again"
+    arrays, header = read_tensors(path, _HEADER, remedy)
     try:
-        with safe_open(path, framework="pt") as stream:
-            state = CheckpointState.model_validate_json((stream.metadata() or {}).get("state", "{}"))
-            tensors = {name: stream.get_tensor(name) for name in stream.keys()}  # noqa: SIM118 (no mapping)
-    except (OSError, SafetensorError) as error:
-        raise UserError(path, f"cannot be read as safetensors ({error})", remedy) from error
+        state = CheckpointState.model_validate(header)
     except ValidationError as error:
         raise UserError(path, f"is not a checkpoint of Gaussians ({first_fault(error)[1]})", remedy) from error
-    return tensors, state
+    return {name: torch.from_numpy(array) for name, array in arrays.items()}, state
