@@ -46,9 +46,9 @@ def find_captures(folder: Path) -> FoundCaptures:
         if not folder.is_dir():
             raise UserError(_shown(folder), "there is no such folder", "give the folder that holds your captures")
         candidates = [folder]
-        if not _is_capture(folder):  # links come last, so that of two names of one folder its own one stays
+        if not _is_capture(folder):  # of two folders of one scene name, that which has it stays, and links go
             inside = [path for path in folder.iterdir() if not path.name.startswith(".")]
-            candidates = sorted(inside, key=lambda path: (path.is_symlink(), path.name))
+            candidates = sorted(inside, key=lambda path: (path.is_symlink(), path.name != _scene_name(path), path.name))
     folders: dict[str, Path] = {}
     left_out: dict[str, Reason] = {}
     for path in candidates:
@@ -129,11 +129,13 @@ def _why_unusable(path: Path, folders: dict[str, Path]) -> Reason | None:
         return Reason(
             cause=f"has the same scene name, {name}, as {_shown(_name(folders[name]))}", remedy="rename one of them"
         )
-    for file in (path, *capture_files(path)):
+    remedy = "use names in UTF-8 without braces, line breaks or blanks at the end"
+    if not _can_be_named(path):
+        return Reason(cause="has a name that the workflow cannot take", remedy=remedy)
+    for file in capture_files(path):
         if not _can_be_named(file):
-            cause = f"the workflow cannot take a file of the name {_shown(file)}"
-            remedy = "use names in UTF-8 without braces, line breaks or blanks at the end"
-            return Reason(cause=cause, remedy=remedy)
+            name = _shown(file.relative_to(path))
+            return Reason(cause=f"has a file whose name the workflow cannot take, {name}", remedy=remedy)
     return None
 
 

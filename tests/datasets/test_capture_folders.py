@@ -44,9 +44,10 @@ def test_a_second_name_of_a_capture_is_left_out(tmp_path):
 
 
 def test_a_second_capture_of_a_scene_name_is_left_out(tmp_path):
-    for name in ("a_B", "a b", "c"):
+    for name in ("a_B", "a b", "c", "C"):
         capture(tmp_path / name)
-    assert told(tmp_path) == (["a_b", "c"], {"a_B": "has the same scene name, a_b, as a b"})
+    causes = {"a_B": "has the same scene name, a_b, as a b", "C": "has the same scene name, c, as c"}
+    assert told(tmp_path) == (["a_b", "c"], causes)
 
 
 @pytest.mark.parametrize("name", [b"\xe9t\xe9.png", b"{scene}.png", b"a\nb.png", b"a.png "])
@@ -55,7 +56,7 @@ def test_a_capture_with_a_file_that_the_workflow_cannot_name_is_left_out(name, t
     capture(tmp_path / "bad", os.fsdecode(name))
     names, causes = told(tmp_path)
     assert names == ["good"]
-    assert causes["bad"].startswith("the workflow cannot take a file of the name ")
+    assert causes["bad"].startswith("has a file whose name the workflow cannot take, images/")
     assert "\n" not in causes["bad"]
     causes["bad"].encode()
 
@@ -107,7 +108,8 @@ def test_no_capture_that_can_be_used_is_one_line(tmp_path):
     with pytest.raises(UserError, match="no such folder"):
         find_captures(tmp_path / "absent")
     capture(tmp_path / "bad", "{a}")
-    with pytest.raises(UserError, match=r"holds no capture that can be used \(bad: the workflow cannot take .*; mend"):
+    line = r"holds no capture that can be used \(bad: has a file whose name the workflow cannot take, .*{a}: .*; mend"
+    with pytest.raises(UserError, match=line):
         find_captures(tmp_path)
 
 
