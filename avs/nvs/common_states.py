@@ -121,6 +121,7 @@ class _States:
         self.order = capture_order(scene, settings, seed)
         self.moments = moments_of(scene, settings)
         _, self.notes = capped_budget(settings.protocol, len(scene.pool), scene.name)
+        self.notes += [f"{scene.name}: {note}" for note in scene.notes]
         self._settings = settings
         self._seed = seed
         self._folder = folder

@@ -14,13 +14,14 @@ from avs.nvs.experiment import builder
 from avs.nvs.protocol import ProtocolSettings
 from avs.nvs.schedule import initial_captures
 from avs.representations.gaussians.gaussian_settings import Densification, GaussianSettings, InitialPoints
+from avs.scene.scene import SceneFile
 from avs.selection import registry
 from avs.selection.contract import Method
 from avs.selection.registry import Registered
 from avs.selection.session import Session
 from avs.system.errors import UserError
 from avs.system.job_logs import fault_of
-from avs.system.records import read_record
+from avs.system.records import read_record, write_record
 from avs.system.seeds import seed_of
 from metrics.image import psnr, ssim
 
@@ -245,3 +246,18 @@ def test_an_oracle_that_measures_nothing_of_the_table_is_shown_the_photographs(r
     spy = Spy(tmp_path)
     run({"oracle": spy}, oracle=True)
     assert all(len(truth.candidates) == len(names) for _, names, _, truth in spy.seen)
+
+
+def test_notes_of_the_scene_and_of_a_capped_budget_are_recorded(scene, tmp_path):
+    scene_file = scene.folder / "scene.json"
+    told = read_record(scene_file, SceneFile).model_copy(update={"notes": ["two images left out"]})
+    write_record(scene_file, told.hashed())
+    protocol = PROTOCOL.model_copy(update={"pool_share": 0.4})
+    settings = job((), STATES, protocol)
+    write_common_states(scene.folder, settings, 0, {}, tmp_path / "record.json", lambda line: None)
+    record = read_record(tmp_path / "record.json", CommonStates)
+    assert record.notes == [
+        "toy: budget 5 instead of 8, because its pool has 14 views",
+        "toy: two images left out",
+    ]
+    assert [state.views for state in record.states] == [4]
