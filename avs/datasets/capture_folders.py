@@ -84,7 +84,8 @@ def capture_files(folder: Path) -> list[Path]:
 def walk_files(folder: Path) -> Iterator[Path]:
     """Yield the files below ``folder``, through links to folders as well, but through each folder once.
 
-    Pipes and devices are no files.
+    Links to a folder that holds the one with the link are passed over: they lead to all that is there, up to the whole
+    disk. Pipes and devices are no files.
 
     Raises:
         OSError: a folder cannot be read.
@@ -100,7 +101,8 @@ def walk_files(folder: Path) -> Iterator[Path]:
         with os.scandir(current) as entries:  # a path for each entry and its kind would take ten times as long
             for entry in sorted(entries, key=lambda entry: entry.name):
                 if entry.is_dir():
-                    waiting.append(current / entry.name)
+                    if not (entry.is_symlink() and current.resolve().is_relative_to(Path(entry.path).resolve())):
+                        waiting.append(current / entry.name)
                 elif entry.is_file():
                     yield current / entry.name
 

@@ -137,6 +137,8 @@ def _plan(source: Path, cameras: Path, camera: ModelCamera, image: ModelImage, s
     relative = PurePosixPath(image.name)
     if relative.is_absolute() or ".." in relative.parts or not relative.name:
         raise UserError(cameras.parent, f"image name {image.name} points outside the folder images", "rename the image")
+    if "\0" in image.name:
+        raise UserError(cameras.parent, f"the image name {image.name} is no name of a file", "copy the model again")
     path = source / "images" / relative
     header = read_header(path)
     stored = header.size
@@ -150,7 +152,7 @@ def _plan(source: Path, cameras: Path, camera: ModelCamera, image: ModelImage, s
     straight = pinhole(camera) or undistorted_camera(camera)
     if straight is None:
         fault = f"camera {image.camera_id} ({camera.model}) cannot be undistorted"
-        raise UserError(cameras, fault, "use images of a perspective or fisheye camera")
+        raise UserError(cameras, fault, "use images of a perspective or fisheye camera, or calibrate it again")
     size = settings.image_size(straight.width, straight.height)
     same = straight == pinhole(camera) and size == (width, height)
     kept = same and header.plain and path.suffix.lower() in _KEPT_SUFFIXES.get(header.form, ())

@@ -13,6 +13,7 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import Field
 
+from avs.datasets.capture_consistency import consistency_notes
 from avs.datasets.capture_folders import capture_files, find_captures
 from avs.datasets.capture_models import choose_model
 from avs.datasets.capture_pictures import Picture, picture_notes, plan_pictures, unique_names
@@ -101,7 +102,12 @@ def prepare(source: Path, folder: Path, settings: CaptureSettings, dataset: str 
         points=_reordered(points, places),
         source=f"capture {source.resolve().name}",
         licence="as the capture's owner says",
-        notes=[*chosen.notes, *picture_notes(source, pictures, settings), *_notes(model, points)],
+        notes=[
+            *chosen.notes,
+            *picture_notes(source, pictures, settings),
+            *consistency_notes(model),
+            *_notes(model, points),
+        ],
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from avs.scene.colmap import ModelCamera
 from avs.scene.images import Pixels
@@ -22,6 +23,9 @@ _PINHOLE_PARAMETERS = {
     "OPENCV": 4,
     "FULL_OPENCV": 4,
 }
+
+_FARTHEST_CENTER = 10
+"""Greatest coordinate of a principal point after undistortion, in sides of the image."""
 
 
 def pinhole(camera: ModelCamera) -> ModelCamera | None:
@@ -41,7 +45,7 @@ def rescaled(camera: ModelCamera, width: int, height: int) -> ModelCamera:
 
 
 def undistorted_camera(camera: ModelCamera) -> ModelCamera | None:
-    """Return the PINHOLE camera of the undistorted images, or None where there is none (a panorama).
+    """Return the PINHOLE camera of the undistorted images, or None where there is none, as of a panorama.
 
     Its size differs from that of ``camera``: as much of the image is kept as has no blank pixels.
     """
@@ -52,7 +56,11 @@ def undistorted_camera(camera: ModelCamera) -> ModelCamera | None:
     except ValueError:  # pycolmap's own check of the camera model
         return None
     straight = _from_pycolmap(result)
-    return straight if np.isfinite(straight.params).all() and min(straight.width, straight.height) > 1 else None
+    if not np.isfinite(straight.params).all() or min(straight.width, straight.height) <= 1:
+        return None
+    return (
+        straight if max(map(abs, straight.params[2:])) < _FARTHEST_CENTER * max(result.width, result.height) else None
+    )
 
 
 def undistorted_image(pixels: Pixels, camera: ModelCamera) -> Pixels:
@@ -68,6 +76,12 @@ def undistorted_image(pixels: Pixels, camera: ModelCamera) -> Pixels:
     result, _ = pycolmap.undistort_image(pycolmap.UndistortCameraOptions(), bitmap, _to_pycolmap(camera))
     image: Pixels = result.to_array()
     return image
+
+
+def projected(points: npt.NDArray[np.float64], camera: ModelCamera) -> npt.NDArray[np.float64]:
+    """Return where ``camera`` sees ``points``, ``[n, 3]`` in its own axes: ``[n, 2]`` pixels, infinite for nowhere."""
+    pixels = np.asarray(_to_pycolmap(camera).img_from_cam(points), dtype=np.float64)
+    return np.where(np.isfinite(pixels), pixels, np.inf)
 
 
 def _to_pycolmap(camera: ModelCamera) -> pycolmap.Camera:

@@ -10,4 +10,13 @@ class UserError(Exception):
 
     def __init__(self, subject: object, fault: str, remedy: str) -> None:
         """Join the three parts; ``subject`` is most often a path."""
-        super().__init__(f"{subject}: {fault}; {remedy}")
+        super().__init__(_one_line(f"{subject}: {fault}; {remedy}"))
+
+
+def _one_line(text: str) -> str:
+    """Return ``text`` without line breaks, and with escapes for what a terminal would act on or cannot show.
+
+    Parts of it come from damaged files.
+    """
+    text = text.translate(dict.fromkeys(map(ord, "\t\n\r"), " "))
+    return "".join(character if character.isprintable() else ascii(character)[1:-1] for character in text)

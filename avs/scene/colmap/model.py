@@ -52,6 +52,12 @@ _LONGEST_SIDE = 1 << 20
 _FARTHEST = 1e15
 """Greatest coordinate: more than light-years in millimetres, and the squares still are numbers."""
 
+_FARTHEST_CENTER = 10
+"""Greatest coordinate of a principal point, in sides of the image; images cut from a larger one have it outside."""
+
+_STRONGEST_DISTORTION = 1e6
+"""Greatest coefficient: that of long lenses are large, since they belong to high powers of small angles."""
+
 _QUATERNION_LENGTHS = 1e-6, 1e6
 """COLMAP writes 1. Squares of what lies far beyond are 0 or infinite."""
 
@@ -164,8 +170,7 @@ def _check_camera(path: Path, identifier: int, camera: ModelCamera) -> None:
     if not all(map(math.isfinite, camera.params)) or camera.width < 1 or camera.height < 1:
         raise UserError(path, f"camera {identifier} has a parameter that is not finite, or no size", REMEDY)
     if max(camera.width, camera.height) > _LONGEST_SIDE:
-        fault = f"camera {identifier} has {camera.width:.6g} x {camera.height:.6g} pixels, more than {_LONGEST_SIDE}"
-        raise UserError(path, fault, REMEDY)
+        raise UserError(path, f"camera {identifier} has sides of more than {_LONGEST_SIDE} pixels", REMEDY)
     focal_lengths = camera.params[: _focal_lengths(camera.model)]
     if min(focal_lengths) <= 0:
         raise UserError(path, f"camera {identifier} has a focal length that is not positive", REMEDY)
@@ -173,8 +178,12 @@ def _check_camera(path: Path, identifier: int, camera: ModelCamera) -> None:
     if not all(side / 1e4 < value < side * 1e6 for value in focal_lengths):
         fault = f"camera {identifier} has a focal length of {max(focal_lengths):g} pixels for images of {side}"
         raise UserError(path, fault, REMEDY)
-    if any(abs(value) > _FARTHEST for value in camera.params):
-        raise UserError(path, f"camera {identifier} has a parameter beyond {_FARTHEST}", REMEDY)
+    others = camera.params[_focal_lengths(camera.model) :]
+    if any(abs(value) > _FARTHEST_CENTER * side for value in others[:2]):
+        raise UserError(path, f"camera {identifier} has its principal point far outside of the image", REMEDY)
+    if any(abs(value) > _STRONGEST_DISTORTION for value in others[2:]):
+        fault = f"camera {identifier} has a distortion of {max(map(abs, others[2:])):g}"
+        raise UserError(path, fault, REMEDY)
 
 
 def _focal_lengths(model: str) -> int:

@@ -1,0 +1,49 @@
+"""Whether the parts of a model belong together: each image sees its points where the model says that it does."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from avs.datasets.undistortion import projected
+from avs.scene.colmap import NO_POINT, Model, ModelImage
+from avs.scene.colmap.conversion import rotation_matrix, sorted_images
+
+_FEWEST = 3
+"""Observations from which an image can be judged."""
+
+_SHARE, _PIXELS = 0.01, 4.0
+"""A median distance beyond this share of the longer side, and this many pixels, is no measurement: of single points
+COLMAP keeps those within 4 pixels."""
+
+_NAMED = 3
+
+
+def consistency_notes(model: Model) -> list[str]:
+    """Return a note of the images whose points lie elsewhere than where the model says they are seen, if there are any.
+
+    A pose, camera or cloud that was damaged, edited, or taken from another reconstruction is whole by itself, and gives
+    wrong numbers without a word; only the parts together tell.
+    """
+    judged = {image.name: _is_displaced(model, image) for image in sorted_images(model)}
+    displaced = [name for name, is_displaced in judged.items() if is_displaced]
+    if not displaced:
+        return []
+    more = "" if len(displaced) <= _NAMED else f" and {len(displaced) - _NAMED} more"
+    which = f"{len(displaced)} of {len(model.images)} images ({', '.join(displaced[:_NAMED])}{more})"
+    return [
+        f"{which} see their points more than {_SHARE:.0%} of their side from where the model says: "
+        "its cameras, poses and points may not belong together"
+    ]
+
+
+def _is_displaced(model: Model, image: ModelImage) -> bool:
+    """Whether the median distance between an image's points and its keypoints is no measurement; False if unknown."""
+    seen = np.flatnonzero(image.points != NO_POINT)
+    keypoints = image.keypoints[seen]
+    if len(seen) < _FEWEST or not np.isfinite(keypoints).all() or (keypoints == keypoints[0]).all():
+        return False  # programs that have no keypoints write zeros
+    camera = model.cameras[image.camera_id]
+    points = model.positions[np.searchsorted(model.point_ids, image.points[seen])]
+    local = points @ rotation_matrix(image.quaternion).T + image.translation
+    distances = np.linalg.norm(projected(local, camera) - keypoints, axis=1)
+    return bool(np.median(distances) > max(_PIXELS, _SHARE * max(camera.width, camera.height)))
