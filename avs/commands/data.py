@@ -11,7 +11,7 @@ import typer
 from avs.commands.arguments import Log, Out, SettingsFile
 from avs.system.errors import UserError
 from avs.system.job_process import job
-from avs.system.records import read_record
+from avs.system.records import read_settings
 
 if TYPE_CHECKING:
     from avs.representations.needed_points import NeededPoints
@@ -25,7 +25,7 @@ def scene(settings: SettingsFile, out: Out, log: Log = None) -> None:
     from avs.config.jobs import SceneJob
 
     with job(log):
-        told = read_record(settings, SceneJob)
+        told = read_settings(settings, SceneJob)
         told.scene.prepare(told.dataset, out)
         if told.points is not None:
             _check_points(out, told.points)

@@ -10,7 +10,7 @@ import typer
 from avs.commands.arguments import Log, Out
 from avs.system.compatibility import limit_threads
 from avs.system.job_process import job
-from avs.system.records import read_record
+from avs.system.records import read_settings
 
 commands = typer.Typer()
 
@@ -28,5 +28,5 @@ def niqe_fit(
 
     with job(log) as console:
         limit_threads()
-        checked = FitSettings() if settings is None else read_record(settings, FitSettings)
+        checked = FitSettings() if settings is None else read_settings(settings, FitSettings)
         fit_scenes(scenes, checked, out, console.progress)

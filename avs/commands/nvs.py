@@ -10,7 +10,7 @@ import typer
 from avs.commands.arguments import Device, Log, Out, SettingsFile, Weights
 from avs.system.compatibility import limit_threads
 from avs.system.job_process import job
-from avs.system.records import read_record
+from avs.system.records import read_settings
 
 commands = typer.Typer()
 
@@ -32,7 +32,7 @@ def episode(
 
     with job(log) as console:
         limit_threads()
-        checked = read_record(settings, EpisodeSettings)
+        checked = read_settings(settings, EpisodeSettings)
         run_episode(scene, checked, seed, weights, out, console.progress, views, follow)
 
 
@@ -55,7 +55,7 @@ def common_states(
         limit_threads()
         pairs = (each.partition("=") for each in weights or [])
         files = {method: Path(path) for method, _, path in pairs}
-        write_common_states(scene, read_record(settings, CommonStatesJob), seed, files, out, console.progress)
+        write_common_states(scene, read_settings(settings, CommonStatesJob), seed, files, out, console.progress)
 
 
 @commands.command()

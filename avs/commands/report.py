@@ -10,7 +10,7 @@ import typer
 from avs.commands.arguments import Log, SettingsFile, Stem
 from avs.system.errors import UserError
 from avs.system.job_process import job
-from avs.system.records import read_record
+from avs.system.records import read_record, read_settings
 
 commands = typer.Typer()
 
@@ -24,7 +24,7 @@ def nvs_table(episodes: list[Path], dataset: Dataset, settings: SettingsFile, ou
     from avs.report.tables.view_synthesis import write_nvs_table
 
     with job(log):
-        told = read_record(settings, TableJob)
+        told = read_settings(settings, TableJob)
         published = None if told.published is None else Path(told.published)
         write_nvs_table(episodes, told.methods, dataset, published, out, told.absent, told.reference, told.left_out)
 
@@ -36,7 +36,7 @@ def ranking_table(records: list[Path], dataset: Dataset, settings: SettingsFile,
     from avs.report.tables.score_ranking import write_ranking_table
 
     with job(log):
-        told = read_record(settings, RowsJob)
+        told = read_settings(settings, RowsJob)
         write_ranking_table(records, told.methods, dataset, out, told.absent)
 
 
@@ -54,7 +54,7 @@ def runtime_table(
     from avs.report.tables.selection_times import write_runtime_table
 
     with job(log):
-        told = read_record(settings, RowsJob)
+        told = read_settings(settings, RowsJob)
         write_runtime_table(records, episode or [], told.methods, told.absent, published or [], out)
 
 
@@ -82,4 +82,4 @@ def psnr_over_views(episodes: list[Path], settings: SettingsFile, out: Stem, log
     from avs.report.figures.psnr_over_views import write_psnr_over_views
 
     with job(log):
-        write_psnr_over_views(episodes, read_record(settings, FigureJob).methods, out)
+        write_psnr_over_views(episodes, read_settings(settings, FigureJob).methods, out)

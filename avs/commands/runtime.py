@@ -10,7 +10,7 @@ import typer
 from avs.commands.arguments import Log, Out, SettingsFile, Weights
 from avs.system.compatibility import limit_threads
 from avs.system.job_process import job
-from avs.system.records import read_record
+from avs.system.records import read_settings
 
 commands = typer.Typer()
 
@@ -23,7 +23,7 @@ def runtime_state(scene: Path, settings: SettingsFile, out: Out, log: Log = None
 
     with job(log):
         limit_threads()
-        write_state(scene, read_record(settings, StateSettings), out)
+        write_state(scene, read_settings(settings, StateSettings), out)
 
 
 @commands.command()
@@ -41,5 +41,5 @@ def runtime(
 
     with job(log) as console:
         limit_threads()
-        checked = read_record(settings, TimingSettings)
+        checked = read_settings(settings, TimingSettings)
         time_method(scene, state, checked, weights, out, console.progress)

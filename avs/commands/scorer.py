@@ -10,7 +10,7 @@ import typer
 from avs.commands.arguments import Log, Out, SettingsFile
 from avs.system.compatibility import limit_threads
 from avs.system.job_process import job
-from avs.system.records import read_record
+from avs.system.records import read_settings
 
 commands = typer.Typer()
 
@@ -23,7 +23,7 @@ def distortions(scene: Path, seed: int, settings: SettingsFile, out: Out, log: L
 
     with job(log) as console:
         limit_threads()
-        make_renders(scene, out, read_record(settings, RenderJob), seed, console.progress)
+        make_renders(scene, out, read_settings(settings, RenderJob), seed, console.progress)
 
 
 @commands.command("scorer_train")
@@ -41,5 +41,5 @@ def scorer_train(
 
     with job(log) as console:
         limit_threads()
-        told = read_record(settings, TrainingJob)
+        told = read_settings(settings, TrainingJob)
         train(training, held_out, weights, card, told.scorer, console.progress, told.device)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from pydantic import BaseModel
 
@@ -13,6 +14,7 @@ from avs.nvs.record import Episode, EpisodeMeta
 from avs.nvs.timing_record import Runtime
 from avs.scene.scene import SceneFile
 from avs.system.files import write_json
+from avs.system.records import DIGEST
 
 SCHEMAS: dict[str, type[BaseModel]] = {
     "config.json": Config,
@@ -25,7 +27,20 @@ SCHEMAS: dict[str, type[BaseModel]] = {
 }
 
 
+_WITHOUT_DIGEST = (Config, ViewList)  # written by others than the suite
+
+
+def schema(model: type[BaseModel]) -> dict[str, Any]:
+    """Return the JSON schema of a model, with the digest that every record carries on disk."""
+    found = model.model_json_schema()
+    if model not in _WITHOUT_DIGEST:
+        told = "SHA-256 over the canonical JSON of all other entries"
+        found["properties"][DIGEST] = {"description": told, "type": "string"}
+        found["required"] = [*found.get("required", []), DIGEST]
+    return found
+
+
 def write_schemas(folder: Path) -> None:
     """Write one schema per model to ``folder``; a test fails when they are out of date."""
     for name, model in SCHEMAS.items():
-        write_json(folder / name, model.model_json_schema())
+        write_json(folder / name, schema(model))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from avs.system.checksums import check_listed
 from avs.system.errors import UserError
 
 STAND_INS = {
@@ -65,9 +66,10 @@ def read_published(path: Path, scene: str = "mean") -> Published:
         scene: name of the scene; ``mean`` for the means over scenes.
 
     Raises:
-        UserError: the file is missing, or is not a table of published values.
+        UserError: the file is missing, is not a table of published values, or is not the one whose hash lies beside it.
     """
     try:
+        check_listed(path, "restore it: git checkout results/published")
         with open(path, newline="", encoding="utf-8") as stream:
             reader = csv.DictReader(stream)
             rows = list(reader)

@@ -28,12 +28,20 @@ _REMEDIES = {
 }
 
 
+_touched: list[Path] = []
+
+
+def touched() -> tuple[Path, ...]:
+    """Return the files that this process has written here, in order; some may have been removed since."""
+    return tuple(_touched)
+
+
 @contextlib.contextmanager
-def atomic_path(target: Path | str) -> Iterator[Path]:
+def atomic_path(target: Path | str, listed: bool = True) -> Iterator[Path]:
     """Yield a temporary path beside ``target``; on success flush it to disk and rename it over ``target``.
 
     The temporary name keeps the suffix, because many writers choose their format by it. On any error the temporary file
-    is removed and ``target`` is left as it was.
+    is removed and ``target`` is left as it was. What is not ``listed`` is no result: ``touched`` leaves it out.
     """
     target = Path(target)
     temporary = target.with_name(f".{target.stem}-{secrets.token_hex(6)}{target.suffix}")
@@ -44,6 +52,8 @@ def atomic_path(target: Path | str) -> Iterator[Path]:
         _flush(temporary)
         os.replace(temporary, target)
         _flush(target.parent)
+        if listed:
+            _touched.append(target)
     except OSError as error:
         _rename_in(error, temporary, target)
         raise
@@ -71,6 +81,7 @@ def atomic_folder(target: Path | str) -> Iterator[Path]:
             os.replace(target, old)
         os.replace(temporary, target)
         _flush(target.parent)
+        _touched.extend(sorted(path for path in target.rglob("*") if path.is_file()))
     except OSError as error:
         _rename_in(error, temporary, target)
         raise

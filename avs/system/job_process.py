@@ -12,7 +12,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from avs.system.errors import UserError
-from avs.system.files import explained
+from avs.system.files import explained, touched
+from avs.system.ledger import write_ledger
 
 _PR_SET_PDEATHSIG = 1
 
@@ -54,7 +55,8 @@ def job(log: Path | None) -> Iterator[Console]:
     """Run the body as a job: output goes to ``log``, faults of the user's input end it with one line and status 2.
 
     Args:
-        log: file for everything that is printed, by libraries too; None leaves it on the standard streams.
+        log: file for everything that is printed, by libraries too, beside which the written files are listed; None
+            leaves it on the standard streams.
     """
     error_stream = os.dup(2)
     terminal = error_stream if log is not None and os.isatty(error_stream) else None
@@ -64,9 +66,12 @@ def job(log: Path | None) -> Iterator[Console]:
             os.dup2(stream.fileno(), 1)
             os.dup2(stream.fileno(), 2)
     console = Console(terminal)
+    earlier = len(touched())
     try:
         with explained():
             yield console
+            if log is not None:
+                write_ledger(log, touched()[earlier:])
     except UserError as error:
         line = f"error: {' '.join(str(error).split())}"
         sys.stdout.flush()  # what was printed before comes first, where standard output is buffered too

@@ -18,6 +18,9 @@ RecordType = TypeVar("RecordType", bound=BaseModel)
 DIGEST = "digest"
 """The key of a record that holds the SHA-256 of all the others, as canonical JSON."""
 
+CHANGED = "was changed after it was written"
+"""The fault of a file that is not as the job wrote it that makes it."""
+
 
 def record_text(record: BaseModel) -> str:
     """Return what ``write_record`` writes: canonical JSON, with the digest of all that it says."""
@@ -53,13 +56,25 @@ def read_record(
         digest = values.pop(DIGEST, None)
         text = canonical_json(values)
         if not edited and digest != _digest(values):
-            fault = "its digest is missing" if digest is None else "was changed after it was written"
+            fault = "its digest is missing" if digest is None else CHANGED
             raise UserError(path, fault, remedy)
         return kind.model_validate_json(text)
     except ValidationError as error:
         raise UserError(path, ": ".join(filter(None, first_fault(error))), remedy) from error
     except (ValueError, AttributeError, TypeError, RecursionError) as error:
         raise UserError(path, f"is not a JSON object ({str(error)[:100]})", remedy) from error
+
+
+def read_settings(path: Path, kind: type[RecordType]) -> RecordType:
+    """Read settings: those that the workflow wrote are checked by their digest, others, written by hand, have none.
+
+    Raises:
+        UserError: the file is missing, is not JSON, does not follow the schema, or is not as it was written.
+    """
+    told = read_record(path, kind, edited=True)
+    if DIGEST in json.loads(Path(path).read_bytes()):
+        read_record(path, kind, "delete it and run again, or remove its digest if the change was on purpose")
+    return told
 
 
 def _digest(values: dict[str, Any]) -> str:

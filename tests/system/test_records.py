@@ -7,7 +7,7 @@ import pytest
 
 from avs.system.errors import UserError
 from avs.system.models import StrictModel
-from avs.system.records import read_record, record_text, write_record
+from avs.system.records import read_record, read_settings, record_text, write_record
 
 
 class Measured(StrictModel):
@@ -68,3 +68,14 @@ def test_a_record_without_a_digest_is_refused_unless_it_may_be_edited(tmp_path):
     with pytest.raises(UserError, match="its digest is missing"):
         read_record(path, Measured)
     assert read_record(path, Measured, edited=True) == Measured(name="a", values=[1.0])
+
+
+def test_settings_may_be_written_by_hand_and_are_checked_if_the_workflow_wrote_them(tmp_path):
+    path = tmp_path / "settings.json"
+    path.write_text('{"name": "by hand", "values": []}')
+    assert read_settings(path, Measured) == Measured(name="by hand", values=[])
+    write_record(path, RECORD)
+    assert read_settings(path, Measured) == RECORD
+    path.write_text(path.read_text().replace("4.0", "4.5"))
+    with pytest.raises(UserError, match=r"was changed after it was written; delete it .* or remove its digest"):
+        read_settings(path, Measured)

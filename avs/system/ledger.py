@@ -1,0 +1,80 @@
+"""Which files a job wrote: a list of their hashes beside its log, by which damage is found before the next run.
+
+Snakemake knows that a file is there and when it was written, not whether it still holds what was written. The list is
+one that ``sha256sum --check`` reads as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from avs.system.checksums import checksum_lines, read_checksums
+from avs.system.files import atomic_path, file_hash
+
+SUFFIX = ".sha256"
+
+_SMALL = 1_000_000
+"""Bytes up to which a file is hashed at every look; larger ones where a time is later than the list's."""
+
+
+@dataclass(frozen=True)
+class Damage:
+    """What one job wrote and is not as it wrote it.
+
+    Attributes:
+        changed: files that hold something else.
+        lacking: files that are not there, although others are.
+        left: files that are as they were.
+    """
+
+    changed: tuple[Path, ...]
+    lacking: tuple[Path, ...]
+    left: tuple[Path, ...]
+
+
+def write_ledger(log: Path, written: Iterable[Path]) -> None:
+    """List what a job has written, beside its ``log``; files that it removed again are left out."""
+    here = Path.cwd()
+    paths = sorted({path.absolute() for path in written if path.is_file()})
+    told = [path.relative_to(here) if path.is_relative_to(here) else path for path in paths]
+    with atomic_path(log.with_suffix(SUFFIX), listed=False) as temporary:
+        temporary.write_text(checksum_lines(told), encoding="utf-8", errors="surrogateescape")
+
+
+def find_damage(folder: Path) -> list[Damage]:
+    """Check every list in ``folder`` and return what is damaged; a job of which nothing is left is not.
+
+    A small file is hashed at every look. A larger one is where it was written, replaced or renamed since it was listed,
+    so that the look takes no longer with longer runs.
+    """
+    found = (_check(path) for path in sorted(folder.rglob(f"*{SUFFIX}")))
+    return [damage for damage in found if damage is not None]
+
+
+def _check(ledger: Path) -> Damage | None:
+    """Return what is damaged of one list, if anything is."""
+    try:
+        listed, since = read_checksums(ledger), ledger.stat().st_mtime_ns
+    except OSError:
+        return None
+    paths = [Path(path) for path in listed]
+    there = [path for path in paths if path.is_file()]
+    changed = [path for path in there if _is_changed(path, listed[str(path)], since)]
+    if not there or (len(there) == len(paths) and not changed):
+        return None
+    return Damage(tuple(changed), _without(paths, there), _without(there, changed))
+
+
+def _is_changed(path: Path, told: str, since: int) -> bool:
+    """Return whether a file has another hash than ``told`` at the time ``since``, in nanoseconds."""
+    status = path.stat()
+    if status.st_size > _SMALL and max(status.st_mtime_ns, status.st_ctime_ns) <= since:
+        return False
+    return file_hash(path) != told
+
+
+def _without(paths: Iterable[Path], others: Iterable[Path]) -> tuple[Path, ...]:
+    left_out = set(others)
+    return tuple(path for path in paths if path not in left_out)
