@@ -41,7 +41,11 @@ rule all:
         rules.figures.input,
 
 
+include: "workflows/rules/integrity.smk"
+
+
 onstart:
+    set_outdated_aside()
     write_plan()
 
 
@@ -60,13 +64,6 @@ onsuccess:
 onerror:
     print("\nTables of what is there:\n", flush=True)
     subprocess.run([sys.executable, "-m", "avs", "report", RESULTS])
-    earlier = [
-        path.name
-        for path in sorted(Path(f"{RESULTS}/tables").glob("*.md"))
-        if path.stat().st_mtime < STARTED
-    ]
-    if earlier:
-        print(f"In {RESULTS}/tables, of an earlier run: {', '.join(earlier)}")
     print(
         "Some jobs failed; their logs are named above. Once the cause is corrected, run the same line again."
     )

@@ -198,11 +198,14 @@ def test_a_damaged_capture_ends_its_own_jobs_only(tmp_path):
     assert "Incomplete" not in result.stdout
     assert not (results / "tables_incomplete").exists()
 
-    # Damaged again, the run fails, and names the tables that are not its own.
+    # Damaged again, the run fails, and no table of the earlier run is left that could be taken for its own.
     image.write_bytes(image.read_bytes()[:60])
     result = run(folder, "-j2", "tables")
     assert result.returncode == 1
-    assert "In results/tiny/tables, of an earlier run: nvs_captures.md, ranking_captures.md\n" in result.stdout
+    assert not list((results / "tables").iterdir())
+    aside = "results/tiny/set_aside/tables/nvs_captures.md"
+    assert f"results/tiny/tables/nvs_captures.md: is of an earlier run; set aside as {aside}\n" in result.stderr
+    assert (folder / aside).read_text() == table
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,104 @@
+# Nothing stale and nothing damaged: what earlier runs left is checked before the plan is made, and what is not as it
+# should be is made again. Files that are seen by readers are set aside until then.
+
+from snakemake.io import is_flagged
+from snakemake.persistence import PersistenceBase
+
+from avs.system.ledger import find_damage
+from avs.system.records import CHANGED
+
+SET_ASIDE = f"{RESULTS}/set_aside"
+SHOWN = [Path(f"{RESULTS}/tables"), Path(f"{RESULTS}/figures")]
+
+
+def set_aside(path, fault):
+    """Move a file out of the way, to the same path within another folder, and say why."""
+    target = Path(SET_ASIDE, path.relative_to(RESULTS))
+    target.parent.mkdir(parents=True, exist_ok=True)
+    path.replace(target)
+    print(f"{path}: {fault}; set aside as {target}", file=sys.stderr)
+
+
+def outdated_settings():
+    """Return the files of settings that are not what the configuration says; those of other runs are left out."""
+    folder = Path(f"{RESULTS}/settings")
+    found = []
+    for path in folder.rglob("*.json"):
+        job = path.relative_to(folder).with_suffix("").as_posix()
+        try:
+            told = record_text(settings_of(settings, job))
+        except (LookupError, ValueError, UserError):
+            continue  # of a method, a scene or a scorer that this run does not have
+        if path.read_text(errors="replace") != told:
+            found.append(path)
+    return found
+
+
+def shown_outputs():
+    """Return all files that the jobs write which make the tables and figures of this configuration."""
+    targets = [
+        each for rule in workflow.rules if not rule.output for each in rule.input
+    ]
+    found = [each(None) if callable(each) else each for each in targets]
+    paths = {
+        path for each in found for path in ([each] if isinstance(each, str) else each)
+    }
+    makers = [
+        (rule, path)
+        for path in paths
+        for rule in workflow.rules
+        if rule.is_producer(path)
+    ]
+    outputs = [rule.expand_output(rule.get_wildcards(path))[0] for rule, path in makers]
+    return {
+        Path(path) for each in outputs for path in each if Path(path).parent in SHOWN
+    }
+
+
+def check_results():
+    """Find what is not as it should be, and let Snakemake take it for incomplete."""
+    damage = find_damage(Path(LOGS))
+    for each in damage:
+        for path in each.changed:
+            print(f"{path}: {CHANGED}; it is made again", file=sys.stderr)
+    again = {
+        path for each in damage for path in (*each.changed, *each.lacking, *each.left)
+    }
+    expected = shown_outputs()
+    outside = {path for folder in SHOWN for path in folder.glob("*")} - expected
+    if outside and expected:
+        again.add(
+            min(expected)
+        )  # a job must run for what is set aside before the first
+    told = {str(path) for path in [*again, *outdated_settings()]}
+    incomplete = PersistenceBase.incomplete
+
+    async def incomplete_too(self, job):
+        """Return the outputs of a job that are not whole, not as they were written, or not there though others are."""
+        files = [
+            path
+            for path in job.output
+            if path in told or not (is_flagged(path, "temp") or await path.exists())
+        ]
+        return [*await incomplete(self, job), *files]
+
+    PersistenceBase.incomplete = incomplete_too
+    return damage, outside
+
+
+def set_outdated_aside():
+    """Take away what was changed, and tables and figures that are of another run or are to be made again."""
+    for path in sorted(
+        {path for each in DAMAGE for path in each.changed if path.is_file()}
+    ):
+        set_aside(path, CHANGED)
+    for path in sorted(path for path in OUTSIDE if path.is_file()):
+        set_aside(path, "is of no table of this configuration")
+    outputs = {Path(path) for job in workflow.dag.needrun_jobs() for path in job.output}
+    for path in sorted(
+        path for path in outputs if path.parent in SHOWN and path.is_file()
+    ):
+        set_aside(path, "is of an earlier run")
+
+
+DAMAGE, OUTSIDE = check_results() if workflow.is_main_process else ([], set())
