@@ -58,8 +58,8 @@ _FARTHEST_CENTER = 10
 _STRONGEST_DISTORTION = 1e6
 """Greatest coefficient: that of long lenses are large, since they belong to high powers of small angles."""
 
-_QUATERNION_LENGTHS = 1e-6, 1e6
-"""COLMAP writes 1. Squares of what lies far beyond are 0 or infinite."""
+_UNIT = 1e-3
+"""How far the length of a quaternion may be from 1; one damaged number mostly makes it differ by more."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class ModelImage:
     Attributes:
         name: path below ``images/``, with ``/``.
         camera_id: key of ``Model.cameras``.
-        quaternion: ``[4]`` rotation from world to camera as w, x, y, z, of any positive length.
+        quaternion: ``[4]`` rotation from world to camera as w, x, y, z, of length 1.
         translation: ``[3]`` from world to camera.
         keypoints: ``[k, 2]`` pixels.
         points: ``[k]`` identifier of the point each keypoint observes, ``NO_POINT`` for none.
@@ -195,10 +195,10 @@ def _check_pose(path: Path, image: ModelImage) -> None:
     pose = np.concatenate([image.quaternion, image.translation])
     if not np.isfinite(pose).all() or not np.any(image.quaternion):
         raise UserError(path, f"the pose of image {image.name} is not finite or has no rotation", REMEDY)
-    shortest, longest = _QUATERNION_LENGTHS
-    if not shortest < np.abs(image.quaternion).max() < longest:
-        fault = f"the rotation of image {image.name} has a length of {np.abs(image.quaternion).max():.1e} instead of 1"
-        raise UserError(path, fault, REMEDY)
+    length = math.hypot(*image.quaternion)
+    if abs(length - 1) > _UNIT:
+        fault = f"the quaternion of image {image.name} has the length {length:.4g}, not 1"
+        raise UserError(path, fault, f"{REMEDY}, or scale it to 1 if it is right")
     if np.abs(image.translation).max() > _FARTHEST:
         raise UserError(path, f"the pose of image {image.name} lies beyond {_FARTHEST}", REMEDY)
 
