@@ -4,6 +4,7 @@
 
 PYTHON ?= python3
 CORES ?= 2
+PIP := pip install --disable-pip-version-check
 SHELL := bash
 .SHELLFLAGS := -euo pipefail -c
 export PATH := $(CURDIR)/.venv/bin:$(PATH)
@@ -25,9 +26,11 @@ lint: .venv/installed
 	snakefmt --check Snakefile workflows/rules
 	mypy
 
-# The mark is written last, so that an interrupted installation is begun again.
+# The mark is written last, so that an interrupted installation is begun again. What pip says is kept, and shown where it
+# fails.
 .venv/installed: environment.txt
 	$(PYTHON) -m venv --clear .venv
-	pip install --quiet --disable-pip-version-check --no-deps --requirement environment.txt
-	pip install --quiet --disable-pip-version-check --requirement <(grep '^torch==' environment.txt)
+	@echo "installing the packages of environment.txt into .venv (.venv/pip.log)"
+	@$(PIP) --no-deps --requirement environment.txt > .venv/pip.log 2>&1 || { tail -n 20 .venv/pip.log >&2; exit 1; }
+	@$(PIP) --requirement <(grep '^torch==' environment.txt) >> .venv/pip.log 2>&1 || { tail -n 20 .venv/pip.log >&2; exit 1; }
 	touch $@

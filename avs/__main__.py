@@ -1,5 +1,8 @@
 """``python -m avs``: one command per step of the workflow."""
 
-from avs.commands.main import main
+from avs.system.job_process import guard
 
-main()
+with guard():
+    from avs.commands.main import main
+
+    main()

@@ -124,7 +124,7 @@ def file_hash(path: Path | str) -> str:
 def explained() -> Iterator[None]:
     """Turn an ``OSError`` inside the block, such as a full disk, into a ``UserError`` that names the file.
 
-    A program puts its whole work into one such block; library code lets ``OSError`` pass.
+    For a part of a program that goes on after such a fault; others let ``OSError`` pass (``avs.system.faults``).
 
     Raises:
         UserError: the block raised ``OSError``.
@@ -132,9 +132,14 @@ def explained() -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        fault = (error.strerror or str(error) or type(error).__name__).lower()
-        remedy = _REMEDIES.get(error.errno or 0, "check the path and the disk, then run again")
-        raise UserError(error.filename or "a file", fault, remedy) from error
+        raise as_user_error(error) from error
+
+
+def as_user_error(error: OSError) -> UserError:
+    """Return the fault of the system in one line, with the file that it concerns and what to do."""
+    fault = (error.strerror or str(error) or type(error).__name__).lower()
+    remedy = _REMEDIES.get(error.errno or 0, "check the path and the disk, then run again")
+    return UserError(error.filename or "a file", fault, remedy)
 
 
 def _rename_in(error: OSError, temporary: Path, target: Path) -> None:

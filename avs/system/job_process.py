@@ -8,11 +8,13 @@ import os
 import shutil
 import signal
 import sys
+import traceback
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NoReturn
 
-from avs.system.errors import UserError
-from avs.system.files import explained, touched
+from avs.system.faults import Terminated, ending
+from avs.system.files import touched
 from avs.system.ledger import write_ledger
 
 _PR_SET_PDEATHSIG = 1
@@ -52,34 +54,73 @@ class Console:
 
 @contextlib.contextmanager
 def job(log: Path | None) -> Iterator[Console]:
-    """Run the body as a job: output goes to ``log``, faults of the user's input end it with one line and status 2.
+    """Run the body as a job: output goes to ``log``, and whatever it cannot go on with ends it with one line.
 
     Args:
         log: file for everything that is printed, by libraries too, beside which the written files are listed; None
             leaves it on the standard streams.
+
+    Raises:
+        SystemExit: the body raised anything; its status is that of ``avs.system.faults.ending``.
     """
     error_stream = os.dup(2)
     terminal = error_stream if log is not None and os.isatty(error_stream) else None
-    if log is not None:
-        log.parent.mkdir(parents=True, exist_ok=True)
-        with open(log, "wb") as stream:
-            os.dup2(stream.fileno(), 1)
-            os.dup2(stream.fileno(), 2)
     console = Console(terminal)
     earlier = len(touched())
+    signal.signal(signal.SIGTERM, _terminate)
+    aside = None  # where the line goes besides standard error, once that is the log
     try:
-        with explained():
-            yield console
-            if log is not None:
-                write_ledger(log, touched()[earlier:])
-    except UserError as error:
-        line = f"error: {' '.join(str(error).split())}"
-        sys.stdout.flush()  # what was printed before comes first, where standard output is buffered too
-        print(line, file=sys.stderr, flush=True)
-        console.close()
         if log is not None:
-            os.write(error_stream, f"{line}\n".encode())
-        sys.exit(2)
+            _print_to(log)
+            aside = error_stream
+        yield console
+        if log is not None:
+            write_ledger(log, touched()[earlier:])
+    except BaseException as error:
+        console.close()
+        _end(error, aside)
     finally:
         console.close()
-        sys.stdout.flush()
+        with contextlib.suppress(OSError):
+            sys.stdout.flush()
+
+
+@contextlib.contextmanager
+def guard() -> Iterator[None]:
+    """Let the command line end with one line for whatever goes wrong outside of a job, such as an import.
+
+    Raises:
+        SystemExit: the body raised anything; a ``SystemExit`` of its own passes.
+    """
+    try:
+        yield
+    except SystemExit:
+        raise
+    except BaseException as error:
+        _end(error, None)
+
+
+def _end(error: BaseException, terminal: int | None) -> NoReturn:
+    """End the process for ``error``: the traceback, if it helps, then the line, which the terminal gets alone."""
+    end = ending(error)
+    line = f"error: {end.line}"
+    with contextlib.suppress(OSError):  # the disk of the log may be the one that is full
+        sys.stdout.flush()  # what was printed before comes first, where standard output is buffered too
+        if end.traceback:
+            traceback.print_exception(error)
+        print(line, file=sys.stderr, flush=True)
+    if terminal is not None:
+        os.write(terminal, f"{line}\n".encode())
+    sys.exit(end.status)
+
+
+def _print_to(log: Path) -> None:
+    """Let all that this process prints go to ``log``."""
+    log.parent.mkdir(parents=True, exist_ok=True)
+    with open(log, "wb") as stream:
+        os.dup2(stream.fileno(), 1)
+        os.dup2(stream.fileno(), 2)
+
+
+def _terminate(number: int, frame: object) -> None:
+    raise Terminated

@@ -8,6 +8,10 @@ import sys
 import time
 from pathlib import Path
 
+import pytest
+
+from avs.system.job_logs import fault_of
+
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -36,11 +40,69 @@ def test_output_of_libraries_goes_to_the_log(tmp_path):
     assert log.read_text() == "from a library\nan alarm\nstep 1\n"
 
 
-def test_a_programming_error_keeps_its_traceback(tmp_path):
+def test_a_programming_error_is_one_line_and_keeps_its_traceback_in_the_log(tmp_path):
     log = tmp_path / "job.log"
     result = run("1 / 0", log)
     assert result.returncode == 1
-    assert "ZeroDivisionError" in log.read_text()
+    assert result.stderr.startswith(
+        "error: <string>, line 4: ZeroDivisionError: division by zero; a fault of the program"
+    )
+    assert result.stderr.count("\n") == 1
+    assert log.read_text().startswith("Traceback")
+    assert log.read_text().endswith(result.stderr)
+
+
+ENDINGS = {
+    "raise MemoryError": (2, "memory: there is not enough; run fewer jobs"),
+    "import numpy; numpy.empty(1 << 44)": (2, "memory: there is not enough (Unable to allocate"),
+    "import torch; torch.empty(1 << 44)": (2, "memory: there is not enough"),
+    "import no_such_package": (2, "no_such_package: No module named 'no_such_package'; install environment.txt"),
+    "from avs.system import nothing": (1, "<string>, line 4: ImportError: cannot import name"),
+    "import sys; sys.exit(0)": (1, "<string>, line 4: ended the program; let it raise"),
+    "import sys; sys.exit('no')": (1, "<string>, line 4: ended the program (no); let it raise"),
+    "def f(): f()\nf()": (1, "<string>, line 4: RecursionError"),
+    "raise KeyboardInterrupt": (130, "interrupted: "),
+    "import os, signal, time; os.kill(os.getpid(), signal.SIGTERM); time.sleep(9)": (143, "terminated: "),
+    "raise OSError(28, 'No space left on device', 'x.png')": (2, "x.png: no space left on device; free some space"),
+    "raise OSError('encoder error -2')": (2, "a file: encoder error -2; check the path and the disk"),
+    "raise ValueError('of\\ntwo lines')": (1, "<string>, line 4: ValueError: of two lines; a fault of the program"),
+}
+
+
+@pytest.mark.parametrize("body", ENDINGS)
+@pytest.mark.parametrize("with_log", [True, False])
+def test_whatever_a_job_meets_is_one_line_with_a_status(body, with_log, tmp_path):
+    status, line = ENDINGS[body]
+    result = run(body, tmp_path / "job.log" if with_log else None)
+    assert result.returncode == status
+    assert result.stderr.splitlines()[-1].startswith(f"error: {line}")
+    if with_log:
+        assert result.stderr.count("\n") == 1
+        assert fault_of(tmp_path / "job.log") == result.stderr.strip().removeprefix("error: ")
+
+
+def test_a_log_that_cannot_be_opened_is_one_line(tmp_path):
+    (tmp_path / "logs").write_text("a file, no folder")
+    result = run("print(1)", tmp_path / "logs" / "job.log")
+    assert result.returncode == 2
+    assert result.stderr == f"error: {tmp_path / 'logs'}: file exists; check the path and the disk, then run again\n"
+
+
+def test_a_terminated_job_leaves_nothing_half_written(tmp_path):
+    body = "import os, signal, time\nfrom avs.system.files import atomic_path\n"
+    body += f"with atomic_path({str(tmp_path / 'result.json')!r}) as path:\n"
+    body += "    path.write_text('half')\n    os.kill(os.getpid(), signal.SIGTERM)\n    time.sleep(9)"
+    assert run(body).returncode == 143
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_import_that_fails_before_any_command_is_one_line(tmp_path):
+    (tmp_path / "typer.py").write_text("raise ImportError('broken', name='typer')")
+    words = [sys.executable, "-m", "avs", "kernels"]
+    where = os.environ | {"PYTHONPATH": str(tmp_path)}
+    result = subprocess.run(words, cwd=ROOT, env=where, capture_output=True, text=True, check=False)
+    assert result.returncode == 2
+    assert result.stderr.splitlines()[-1] == "error: typer: broken; install environment.txt"
 
 
 def test_an_error_of_the_system_names_file_and_remedy(tmp_path):
