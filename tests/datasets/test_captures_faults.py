@@ -133,7 +133,7 @@ FAULTS = {
         overwrite("cameras.bin", FIRST_PARAMETER, "<d", 1e-9),
         r"focal length of .* for images",
     ),
-    "point without number": (overwrite("points3D.bin", 8, "<Q", 2**64 - 1), r"points3D\.bin: .* identifier 18446744"),
+    "point without number": (overwrite("points3D.bin", 8, "<Q", 2**64 - 1), r"points3D\.bin: .* more than 63 bits"),
     "point twice": (overwrite("points3D.bin", 8, "<Q", 2), r"points3D\.bin: is damaged: the point 2 occurs twice"),
     "point beyond the sky": (overwrite("points3D.bin", 16, "<d", 1e300), r"points3D\.bin: a point's position is not"),
 } | {
@@ -181,6 +181,17 @@ TEXT_FAULTS = {
     "lost parameter": (edit("cameras.txt", " 60", ""), r"cameras\.txt: is damaged: cannot read the line '1 PINHOLE"),
     "cut": (cut("sparse/0/images.txt", 0.55), r"images\.txt: is damaged"),
     "words": (edit("points3D.txt", " 200 100 3 ", " 200 x 3 "), r"points3D\.txt: is damaged: cannot read the line"),
+    "side of many digits": (
+        edit("cameras.txt", " 160 ", f" 1{'0' * 400} "),
+        r"cameras\.txt: camera 1 has sides of more than",
+    ),
+    "side of too many digits": (
+        edit("cameras.txt", " 160 ", f" 1{'0' * 5000} "),
+        r"cameras\.txt: is damaged: cannot read the line",
+    ),
+    "point of many digits": (edit("points3D.txt", "\n2 ", f"\n1{'0' * 400} "), r"points3D\.txt: .* more than 63 bits"),
+    "name that is none": (edit("images.txt", "image 3", "image\0 3"), r"the image name image\\x00 3\.png is no name"),
+    "principal point of another camera": (edit("cameras.txt", " 81 60", " 81 1e5"), r"principal point far outside"),
     "leaving the folder": (
         edit("images.txt", "image 3", "../image 3"),
         r"image name \.\./image 3\.png points outside the folder",

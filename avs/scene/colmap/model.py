@@ -136,8 +136,7 @@ def point_arrays(path: Path, rows: list[tuple[float, ...]]) -> PointArrays:
     """
     rows.sort(key=lambda row: row[0])
     if rows and not 0 <= rows[0][0] <= rows[-1][0] < 1 << 63:
-        wrong = next(row[0] for row in rows if not 0 <= row[0] < 1 << 63)
-        raise UserError(path, f"is damaged: a point has the identifier {wrong:.0f}", REMEDY)
+        raise UserError(path, "is damaged: the identifier of a point is below 0 or takes more than 63 bits", REMEDY)
     identifiers = np.array([row[0] for row in rows], dtype=np.int64)
     repeated = identifiers[1:][np.diff(identifiers) == 0]
     if len(repeated):
