@@ -35,6 +35,8 @@ _BITS, _PHOTOMETRIC, _PLANES, _NUMBERS = 258, 262, 284, 339
 _BLACK_IS_ZERO, _RGB, _INTERLEAVED, _UNSIGNED, _UNDEFINED = 1, 2, 1, 1, 4
 
 _PEAK = 1 << 14  # 16-bit samples that stay below hold 10, 12 or 14 bits, unless the photograph is all but black
+_BAND = 256  # rows
+
 _REMEDY = "convert it to 8 bits per channel"
 
 
@@ -76,12 +78,13 @@ def rgb_image(image: Image.Image, path: Path, applied: int, background: Color) -
             raise UserError(
                 path, f"the image has 16 bits per channel and {extra}, which are not read together", _REMEDY
             )
-        return _on_background(_from_sixteen_bits(path), background)
+        deep = _from_sixteen_bits(path)
+        return deep if deep.mode == "RGB" else _on_background(deep, background)
     if image.mode in ("F", "I", "LAB", "HSV") or image.mode.startswith("I;"):
         raise UserError(path, f"the image has pixels of mode {image.mode}, whose scale is not known", _REMEDY)
     stored = turned(image, _INVERSE.get(applied, applied))
     if stored.mode in ("LA", "La", "PA", "RGBA", "RGBa") or "transparency" in image.info:
-        return _on_background(stored.convert("RGBA"), background)
+        return _on_background(stored, background)
     return stored if stored.mode == "RGB" else stored.convert("RGB")
 
 
@@ -133,10 +136,10 @@ def _from_sixteen_bits(path: Path) -> Image.Image:
 
 
 def _on_background(image: Image.Image, background: Color) -> Image.Image:
-    """Return an RGB or RGBA image on ``background``."""
-    if image.mode == "RGB":
-        return image
+    """Return an image with transparency on ``background``, made in bands so that no further copy is in memory."""
     red, green, blue = (round(255 * min(max(value, 0.0), 1.0)) for value in background)
     base = Image.new("RGB", image.size, (red, green, blue))
-    base.paste(image.convert("RGB"), mask=image.getchannel("A"))
+    for top in range(0, image.height, _BAND):
+        band = image.crop((0, top, image.width, min(top + _BAND, image.height))).convert("RGBA")
+        base.paste(band.convert("RGB"), (0, top), mask=band.getchannel("A"))
     return base

@@ -175,6 +175,12 @@ def test_a_fault_is_told_in_one_line_and_leaves_nothing(fault, good_capture, tmp
     assert re.search(message, line)
 
 
+def images_line(capture):
+    """The first keypoints of a text model."""
+    lines = (capture / "sparse" / "0" / "images.txt").read_text().split("\n")
+    return next(line for line in lines if line and not line.startswith("#") and ".png" not in line)
+
+
 TEXT_FAULTS = {
     "unknown model": (edit("cameras.txt", "PINHOLE", "FISHBOWL"), r"cameras\.txt: camera 1 has the unknown camera"),
     "NaN": (edit("cameras.txt", "150", "nan"), r"cameras\.txt: camera 1 has a parameter that is not finite"),
@@ -192,6 +198,10 @@ TEXT_FAULTS = {
     "point of many digits": (edit("points3D.txt", "\n2 ", f"\n1{'0' * 400} "), r"points3D\.txt: .* more than 63 bits"),
     "name that is none": (edit("images.txt", "image 3", "image\0 3"), r"the image name image\\x00 3\.png is no name"),
     "principal point of another camera": (edit("cameras.txt", " 81 60", " 81 1e5"), r"principal point far outside"),
+    "endless identifier": (
+        lambda capture: edit("images.txt", images_line(capture), "1 2 -inf")(capture),
+        r"images\.txt: is damaged: cannot read the line",
+    ),
     "leaving the folder": (
         edit("images.txt", "image 3", "../image 3"),
         r"image name \.\./image 3\.png points outside the folder",

@@ -224,6 +224,16 @@ def test_an_image_beyond_pillows_limit_is_read_and_one_beyond_memory_refused(tmp
         open_rgb(tmp_path / "huge.png")
 
 
+def test_a_tall_image_is_composited_to_its_end(tmp_path):
+    """It is done in bands of rows."""
+    rng = np.random.default_rng(0)
+    colors = rng.integers(0, 256, (700, 3, 4), dtype=np.uint8)
+    Image.fromarray(colors).save(tmp_path / "image.png")
+    share = colors[..., 3:] / 255.0
+    expected = colors[..., :3] * share + np.array([51, 102, 153]) * (1 - share)
+    assert np.abs(read_image(tmp_path / "image.png", background=BACKGROUND) - expected).max() <= 0.51
+
+
 def test_frames_transparency_and_profiles_are_told(tmp_path):
     for form, (content, _) in READ.items():
         (tmp_path / "image").write_bytes(content)

@@ -18,7 +18,7 @@ def read_cameras(path: Path) -> dict[int, ModelCamera]:
             identifier, model, width, height, *params = line.split()
             camera = ModelCamera(model, int(width), int(height), tuple(map(float, params)))
             key = int(identifier)
-        except ValueError as error:
+        except (ValueError, OverflowError) as error:
             raise _fault(path, line) from error
         if camera.model not in PARAMETERS:
             fault = f"camera {identifier} has the unknown camera model {model}"
@@ -44,7 +44,7 @@ def read_images(path: Path) -> dict[int, ModelImage]:
             table = np.array(fields, dtype=np.float64).reshape(-1, 3)
             points = np.array([_point(field) for field in fields[2::3]], dtype=np.int64)
             key, camera = int(identifier), int(camera_id)
-        except ValueError as error:
+        except (ValueError, OverflowError) as error:
             raise _fault(path, line) from error
         put(images, path, "image", key, ModelImage(name, camera, numbers[:4], numbers[4:], table[:, :2], points))
     return images
@@ -59,7 +59,7 @@ def read_points(path: Path) -> PointArrays:
             if len(fields) < 8 or len(fields) % 2:
                 raise ValueError("a record has eight numbers and pairs")
             rows.append((int(fields[0]), *map(float, fields[1:8])))
-        except ValueError as error:
+        except (ValueError, OverflowError) as error:
             raise _fault(path, line) from error
     return point_arrays(path, rows)
 
