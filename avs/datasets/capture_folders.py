@@ -18,6 +18,9 @@ from avs.system.reasons import Reason
 PARTS = ("images", "sparse", "colmap/sparse")
 """What is read of a capture: nothing else in its folder matters."""
 
+_LONGEST_NAME = 100
+"""Characters of a scene's name, which names of files are made from; most systems allow those 255."""
+
 
 @dataclass(frozen=True)
 class FoundCaptures:
@@ -131,7 +134,12 @@ def _why_unusable(path: Path, folders: dict[str, Path]) -> Reason | None:
         return Reason(
             cause=f"has the same scene name, {name}, as {_shown(_name(folders[name]))}", remedy="rename one of them"
         )
-    remedy = "use names in UTF-8 without braces, line breaks or blanks at the end"
+    if len(name) > _LONGEST_NAME or re.search(r"(.+)\1{19}$", name):  # Snakemake takes the latter for endless recursion
+        cause = (
+            f"has a name of more than {_LONGEST_NAME} characters, or one that ends in 20 repetitions, {name[:20]}..."
+        )
+        return Reason(cause=cause, remedy="give it a short name of letters from a to z")
+    remedy = "use names in UTF-8 without braces, angle brackets, line breaks or blanks at the end"
     if not _can_be_named(path):
         return Reason(cause="has a name that the workflow cannot take", remedy=remedy)
     for file in capture_files(path):
@@ -142,9 +150,12 @@ def _why_unusable(path: Path, folders: dict[str, Path]) -> Reason | None:
 
 
 def _can_be_named(path: Path) -> bool:
-    """Whether Snakemake can have ``path`` as an input: it takes braces for wildcards, and writes names as UTF-8."""
+    """Whether Snakemake can have ``path`` as an input.
+
+    It takes braces for wildcards and angle brackets for path variables, and writes names as UTF-8.
+    """
     text = str(path)
-    return re.search("[{}\x00-\x1f\x7f\ud800-\udfff]", text) is None and text == text.strip()
+    return re.search("[{}<>\x00-\x1f\x7f\ud800-\udfff]", text) is None and text == text.strip()
 
 
 def _name(path: Path) -> str:

@@ -50,7 +50,7 @@ def test_a_second_capture_of_a_scene_name_is_left_out(tmp_path):
     assert told(tmp_path) == (["a_b", "c"], causes)
 
 
-@pytest.mark.parametrize("name", [b"\xe9t\xe9.png", b"{scene}.png", b"a\nb.png", b"a.png "])
+@pytest.mark.parametrize("name", [b"\xe9t\xe9.png", b"{scene}.png", b"<scene>.png", b"a\nb.png", b"a.png "])
 def test_a_capture_with_a_file_that_the_workflow_cannot_name_is_left_out(name, tmp_path):
     capture(tmp_path / "good")
     capture(tmp_path / "bad", os.fsdecode(name))
@@ -69,13 +69,23 @@ def test_such_a_file_beside_what_is_read_does_not_matter(tmp_path):
     assert told(tmp_path) == (["good"], {})
 
 
-@pytest.mark.parametrize("name", [b"\xe9t\xe9", b"{scene}"])
+@pytest.mark.parametrize("name", [b"\xe9t\xe9", b"{scene}", b"<scene>"])
 def test_a_capture_whose_own_name_the_workflow_cannot_take_is_left_out(name, tmp_path):
     capture(tmp_path / "good")
     capture(tmp_path / os.fsdecode(name))
     names, causes = told(tmp_path)
     assert names == ["good"]
     assert len(causes) == 1
+
+
+@pytest.mark.parametrize("name", ["\u5199" * 20, "abc" * 30, "a" * 101])
+def test_a_capture_whose_scene_name_the_workflow_cannot_take_is_left_out(name, tmp_path):
+    """Snakemake takes what ends in 20 repetitions for endless recursion, and files have names of 255 bytes."""
+    capture(tmp_path / "good")
+    capture(tmp_path / name)
+    names, causes = told(tmp_path)
+    assert names == ["good"]
+    assert causes[name].startswith("has a name of more than 100 characters, or one that ends in 20 repetitions, ")
 
 
 def test_an_unreadable_folder_is_left_out(tmp_path, monkeypatch):
