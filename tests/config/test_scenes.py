@@ -80,6 +80,37 @@ def test_captures_are_prepared_as_the_configuration_says(captures):
     assert {settings.long_side for settings in scenes_of(config)["captures"].values()} == {1600}
 
 
+def test_a_folder_that_cannot_be_a_scene_is_told_in_the_table_and_keeps_no_other_from_it(captures, tmp_path):
+    (tmp_path / "captures" / "three").symlink_to("two")
+    config = load(values(scenes_dir=captures))
+    assert list(scenes_of(config)["captures"]) == ["one", "two"]
+    told = settings_of(config, "nvs_table/captures").left_out
+    assert {name: reason.cause for name, reason in told.items()} == {"three": "is the same folder as two"}
+
+
+def test_a_capture_may_be_called_like_an_embedded_scene(tmp_path):
+    small_scene(tmp_path / "handheld_100", count=16, name="handheld_100")
+    listed = scenes_of(load(values(scenes_dir=str(tmp_path))))
+    assert list(listed["captures"]) == ["handheld_100"]
+    assert "handheld_100" in listed["handheld_training"]
+
+
+def test_what_is_transparent_lies_on_the_background_of_the_representation_unless_the_data_set_names_one(captures):
+    changed = values(scenes_dir=captures)
+    changed["representation"]["background"] = [0.25, 0.5, 1.0]
+    assert settings_of(load(changed), "scene/captures/one").scene.background == (0.25, 0.5, 1.0)
+    changed["datasets"]["captures"] = {"source": "captures", "background": [1, 1, 1]}
+    assert settings_of(load(changed), "scene/captures/one").scene.background == (1, 1, 1)
+
+
+def test_a_scene_is_told_what_the_reconstruction_needs_of_its_points(captures):
+    changed = values(scenes_dir=captures)
+    changed["representation"]["points"] = {"choice": "selected", "selected_min_views": 2}
+    assert settings_of(load(changed), "scene/captures/one").points.views == 2
+    changed["representation"]["points"] = {"choice": "random"}
+    assert settings_of(load(changed), "scene/captures/one").points is None
+
+
 def test_captures_may_have_a_folder_and_any_name(captures):
     changed = values()
     changed["datasets"]["mine"] = {"source": "captures", "folder": captures, "long_side": 100}

@@ -1,6 +1,7 @@
 """Captures become scenes: geometry, sizes, names, split."""
 
 import shutil
+import struct
 
 import numpy as np
 import pycolmap
@@ -12,6 +13,7 @@ from avs.datasets.capture_folders import find_captures
 from avs.datasets.capture_settings import CaptureSettings
 from avs.datasets.captures import prepare
 from avs.scene.scene import read_scene
+from avs.system.errors import UserError
 from tests import tolerances
 
 FULL = CaptureSettings(long_side=None)
@@ -114,6 +116,56 @@ def test_changed_images_whose_names_collide_keep_both(tmp_path):
     make_capture(tmp_path / "capture", names=["a.jpg", "a.png", "a.bmp", "b.bmp"])
     scene = prepared(tmp_path, CaptureSettings(long_side=80))
     assert scene.names == ("a.bmp.png", "a.jpg.png", "a.png.png", "b.png")
+
+
+def test_a_name_that_looks_like_a_changed_one_is_kept(tmp_path):
+    make_capture(tmp_path / "capture", names=["a.bmp", "a.bmp.png", "a.png", "a.tif"])
+    scene = prepared(tmp_path)
+    assert scene.names == ("a.bmp.png", "a.bmp.png.png", "a.png", "a.tif.png")
+    assert (tmp_path / "toy" / "images" / "a.bmp.png").read_bytes() == (
+        tmp_path / "capture" / "images" / "a.bmp.png"
+    ).read_bytes()
+
+
+def test_two_images_of_one_file_are_refused(tmp_path):
+    make_capture(tmp_path / "capture", names=["b.png", "./b.png"])
+    with pytest.raises(UserError, match=r"b\.png: is two images of the model, \./b\.png and b\.png"):
+        prepared(tmp_path)
+
+
+def test_transparent_pixels_lie_on_the_background_and_a_note_tells(tmp_path):
+    make_capture(tmp_path / "capture")
+    path = tmp_path / "capture" / "images" / "image 0.png"
+    image = Image.open(path).convert("RGBA")
+    image.putalpha(0)
+    image.save(path)
+    scene = prepared(tmp_path, CaptureSettings(long_side=None, background=(0.2, 0.4, 1.0)))
+    assert scene.notes == (
+        "1 of 9 images are composited on the background (0.2, 0.4, 1), since they have transparency",
+    )
+    assert (scene.views([0]).images[0] == [51, 102, 255]).all()
+
+
+def test_an_orientation_that_makes_no_sense_is_ignored_and_a_note_tells(tmp_path):
+    make_capture(tmp_path / "capture")
+    before = prepared(tmp_path)
+    for path in (tmp_path / "capture" / "images").iterdir():
+        exif = b"Exif\0\0II*\0" + struct.pack("<IHHHI4sI", 8, 1, 0x0112, 2, 1, b"six\0", 0)
+        Image.open(path).save(path, exif=exif)
+    scene = prepared(tmp_path)
+    assert scene.hashes == before.hashes
+    assert scene.notes == ("all images are read as they are stored, since their EXIF orientation makes no sense",)
+
+
+def test_a_tiff_with_an_orientation_is_read_as_it_is_stored(tmp_path):
+    """Pillow turns such files by itself."""
+    names = [f"{index}.tif" for index in range(9)]
+    make_capture(tmp_path / "capture", names=names)
+    for path in sorted((tmp_path / "capture" / "images").iterdir()):
+        exif = Image.Exif()
+        exif[0x0112] = 6
+        Image.open(path).save(path, exif=exif)
+    assert_points_lie_on_their_dots(prepared(tmp_path), tolerances.DOT_CENTROID)
 
 
 def test_images_that_are_not_registered_are_noted(tmp_path):

@@ -1,5 +1,7 @@
 """The loop: schedule, budget, record, contract."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from factories import MeanColor, small_scene
@@ -55,6 +57,11 @@ def test_views_are_added_at_the_scheduled_iterations(scene):
     assert representation.fits == [(4, 10), (5, 15), (6, 20), (7, 55)]
     assert len(meta.steps) == 3
     assert meta.peak_memory_bytes > 0
+
+
+def test_the_record_has_the_notes_of_the_scene(scene):
+    noted = dataclasses.replace(scene, notes=("all images are undistorted",))
+    assert run(plan(noted, Last()))[0].notes == ["toy: all images are undistorted"]
 
 
 def test_captured_views_leave_the_candidates_and_test_views_never_enter(scene):
