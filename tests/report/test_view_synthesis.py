@@ -1,6 +1,5 @@
 """The view synthesis table: values by hand, missing things kept with their reason, equal records equal bytes."""
 
-import csv
 import random
 import re
 
@@ -11,47 +10,14 @@ from avs.report.tables.view_synthesis import write_nvs_table
 from avs.system.errors import UserError
 from avs.system.reasons import Reason
 from metrics.definitions import METRICS
+from tests.report.view_synthesis_tables import METHODS, PUBLISHED, REFERENCE, TableWriter, two_scenes
 
-REFERENCE = "ours-repvit"
-METHODS = ["random", "farthest", "piqe", "fisherrf", "ours-repvit"]
 COLUMNS = "method,group,metric,mean,spread,scenes,seeds,published,difference,note"
-PUBLISHED = "table,dataset,scene,method,metric,value\n" + "".join(
-    f"tab,mipnerf360,{scene},{method},{metric},{value}\n"
-    for scene, method, metric, value in [
-        ("mean", "random", "psnr", "17.91"),
-        ("mean", "random", "ssim", "0.56"),
-        ("mean", "ours-repvit", "psnr", "20.97"),
-        ("garden", "ours-repvit", "psnr", "22.96"),
-    ]
-)
 
 
 @pytest.fixture
 def table(tmp_path, written):
-    """Write the table of some episodes; return its rows by (method, metric) and its Markdown and LaTeX."""
-
-    def write(
-        episodes, methods=METHODS, published=None, dataset="orbit", absent=None, reference=REFERENCE, left_out=None
-    ):
-        if published is not None:
-            (tmp_path / "published.csv").write_text(published)
-        source = None if published is None else tmp_path / "published.csv"
-        out = tmp_path / "tables" / f"nvs_{dataset}"
-        write_nvs_table(written(episodes), methods, dataset, source, out, absent or {}, reference, left_out)
-        with open(f"{out}.csv", newline="") as stream:
-            rows = {(row["method"], row["metric"]): row for row in csv.DictReader(stream)}
-        return rows, *(out.with_name(out.name + ending).read_text() for ending in (".md", ".tex"))
-
-    return write
-
-
-def two_scenes(episode, method, offsets, **changes):
-    """One episode a seed and scene: images of 20 + offset and 22 + offset in one scene, 10 dB more in the other."""
-    return [
-        episode(method, scene, seed, psnr=(base + offset, base + 2 + offset), **changes)
-        for seed, offset in enumerate(offsets)
-        for scene, base in (("attic", 20.0), ("cellar", 30.0))
-    ]
+    return TableWriter(tmp_path, written)
 
 
 def test_values_by_hand(episode, table):
@@ -73,63 +39,6 @@ def test_values_by_hand(episode, table):
         "2 scenes (attic, cellar), 3 seeds (0, 1, 2), 2 test images a scene, 6 views, 4 of them initial, 100 it"
         in latex
     )
-
-
-def differences(tmp_path):
-    with open(tmp_path / "tables" / "nvs_orbit_differences.csv", newline="") as stream:
-        return [list(row.values()) for row in csv.DictReader(stream) if row["metric"] == "psnr"]
-
-
-def test_every_interval_that_exists_is_listed_with_what_it_is_over(episode, table, tmp_path):
-    two_seeds = two_scenes(episode, "random", [0.0, 1.0]) + two_scenes(episode, "farthest", [1.0, 3.0])
-    table(two_seeds, ["random", "farthest"], reference="random")
-    # Differences 1 and 2 in both scenes.
-    assert differences(tmp_path) == [
-        ["farthest", "psnr", "random", "1.5000", "2", "2", "scenes", "1.5000", "1.5000", "1.00"],
-        ["farthest", "psnr", "random", "1.5000", "2", "2", "seeds", "-0.0212", "3.0212", "2.00"],
-    ]
-    table([each for each in two_seeds if each.seed == 0], ["random", "farthest"], reference="random")
-    assert [row[6] for row in differences(tmp_path)] == ["scenes"]
-    table([each for each in two_seeds if each.scene == "attic"], ["random", "farthest"], reference="random")
-    assert [row[6] for row in differences(tmp_path)] == ["seeds"]
-    table([episode("random"), episode("farthest")], ["random", "farthest"], reference="random")
-    assert differences(tmp_path) == [["farthest", "psnr", "random", "0.0000", "1", "1", "", "", "", ""]]
-
-
-@pytest.mark.parametrize(
-    ("scenes", "seeds", "said"),
-    [
-        (3, 1, "95% interval over scenes (other scenes of this kind with any seeds):"),
-        (3, 3, "95% interval over scenes (other scenes of this kind with any seeds):"),
-        (2, 3, "95% interval over seeds (other seeds on these 2 scenes; not other scenes):"),
-        (1, 2, "95% interval over seeds (other seeds on this scene; not other scenes):"),
-        (2, 1, "95% interval over scenes (other scenes of this kind with any seeds, very wide with two of them):"),
-        (1, 1, "one scene with one seed has no interval:"),
-    ],
-)
-def test_the_heading_says_what_intervals_cover(episode, table, scenes, seeds, said):
-    episodes = [
-        episode(method, f"scene_{scene}", seed, psnr=(20.0 + scene * seed * rise,))
-        for method, rise in (("random", 0.0), ("farthest", 0.1))
-        for scene in range(scenes)
-        for seed in range(seeds)
-    ]
-    _, markdown, latex = table(episodes, ["random", "farthest"], reference="random")
-    title = "Difference to Random, paired, before rounding; "
-    assert f"{title}{said}" in markdown
-    assert title in latex
-    assert ("- each interval is by itself: of 20 methods equal to" in markdown) == ("no interval" not in said)
-
-
-def test_the_reference_is_the_method_that_is_named_or_none(episode, table, tmp_path):
-    episodes = [episode("random"), episode("ours-repvit", psnr=(22.0, 24.0))]
-    _, markdown, _ = table(episodes, reference="random")
-    assert "Difference to Random" in markdown
-    assert "| Ours-RepViT | +2.00 |" in markdown
-    _, markdown, _ = table(episodes, reference=None)
-    assert differences(tmp_path) == []
-    assert "Difference to" not in markdown
-    assert "Difference to" not in table(episodes, reference="farthest")[1]
 
 
 def test_what_the_paper_proposes_is_set_off_by_what_the_method_says_of_itself(episode, table):
@@ -264,112 +173,6 @@ def test_missing_scene_is_never_averaged_over(episode, table):
     assert rows["random", "psnr"]["note"] == "mean of seed 0 only, no episode of cellar with seed 1"
     assert "- Random: compared with Ours-RepViT on the seeds that both have, 0\n" in markdown
     assert "- Random: mean of seed 0 only, no episode of cellar with seed 1\n" in markdown
-
-
-def test_a_reference_without_a_complete_seed_is_told(episode, table):
-    complete = two_scenes(episode, "random", [0.0])
-    said = "- no difference to Ours-RepViT is printed, because it has no seed with an episode of every scene\n"
-    for own in ([], [episode("ours-repvit")]):
-        _, markdown, _ = table([*complete, *own], ["random", "ours-repvit"])
-        assert said in markdown
-        assert "Difference to" not in markdown
-    _, markdown, _ = table(complete, ["random"])
-    assert said not in markdown
-
-
-def test_notes_of_episodes_are_repeated_once(episode, table):
-    note = "attic: budget 5 instead of 6, because its pool has 10 views"
-    rows, markdown, latex = table([episode(method, budget=5, notes=[note]) for method in METHODS])
-    assert markdown.count(note) == 1
-    assert latex.count(note) == 1
-    assert rows["random", "psnr"]["note"].endswith(note)
-
-
-def test_settings_of_one_method_are_told(episode, table):
-    own = episode("random").protocol | {"views_per_step": 4}
-    _, markdown, _ = table([episode("random"), episode("farthest"), episode("piqe", protocol=own)], METHODS[:3])
-    said = "has settings of the loop for itself, which are part of its row: views_per_step 4 instead of 1\n"
-    assert f"- PIQE {said}" in markdown
-
-
-def test_a_note_of_several_scenes_is_told_once_with_their_names(episode, table):
-    notes = {"attic": ["attic: 2 images are undistorted"], "cellar": ["cellar: 2 images are undistorted", "cold"]}
-    episodes = [episode("random", scene, notes=notes.get(scene, [])) for scene in ("attic", "cellar", "hall")]
-    _, markdown, _ = table(episodes, ["random"])
-    assert "- attic, cellar: 2 images are undistorted\n- cold\n" in markdown
-    _, markdown, _ = table(episodes[:2], ["random"])
-    assert "- every scene: 2 images are undistorted\n" in markdown
-
-
-def test_folders_that_are_no_scenes_are_counted_and_told_by_reason(episode, table):
-    reason = Reason(cause="cannot be read (permission denied)", remedy="give yourself the permission")
-    _, markdown, _ = table(
-        [episode("random")], ["random"], left_out={"lost+found": reason, "b": reason, "c": Reason(cause="x")}
-    )
-    assert "Left out: 3 folders of it that cannot be a scene. Test images" in markdown
-    assert f"- left out, lost+found, b: {reason}\n- left out, c: x\n" in markdown
-    assert "eft out" not in table([episode("random")], ["random"])[1]
-
-
-def test_views_that_do_not_depend_on_the_seed_are_told(episode, table):
-    """By the views, not by the name of the method."""
-    said = "the same views with every seed; what differs between seeds is the noise of the optimisation alone"
-    own = [episode("random", scene, seed, selected=[f"{seed}", scene]) for scene in ("a", "b") for seed in (0, 1)]
-    fixed = [episode("piqe", scene, seed, selected=["x", scene]) for scene in ("a", "b") for seed in (0, 1)]
-    _, markdown, _ = table(own + fixed)
-    assert f"- PIQE: {said}\n" in markdown
-    assert markdown.count(said) == 1
-    _, markdown, _ = table([each for each in own + fixed if each.seed == 0])
-    assert said not in markdown
-
-
-def test_methods_that_choose_the_same_views_are_told(episode, table):
-    chosen = [("random", ["u", "v"]), ("piqe", ["x", "y"]), ("fisherrf", ["x", "y"])]
-    _, markdown, _ = table([episode(method, selected=views) for method, views in chosen])
-    assert "- PIQE, FisherRF: the same views in every episode; what differs between these rows" in markdown
-    _, markdown, _ = table([episode(method, selected=[method, "y"]) for method, _ in chosen])
-    assert "the same views" not in markdown
-
-
-NINE = ["bicycle", "bonsai", "counter", "flowers", "garden", "kitchen", "room", "stump", "treehill"]
-
-
-def in_the_papers_protocol(episode, scenes=NINE, dataset="mipnerf360", **changes):
-    protocol = episode("random").protocol | {"budget": 20, "iterations": 30_000} | changes
-    return [episode("random", scene, dataset=dataset, protocol=protocol, budget=20) for scene in scenes]
-
-
-def test_the_papers_scenes_in_its_protocol_have_a_difference(episode, table):
-    rows, markdown, _ = table(in_the_papers_protocol(episode), ["random"], PUBLISHED, dataset="mipnerf360")
-    assert (rows["random", "psnr"]["published"], rows["random", "psnr"]["difference"]) == ("17.91", "3.0900")
-    assert "| PSNR ↑ (dB) | published | difference |" in markdown
-    assert "| Random | **21.00** | 17.91 | +3.09 |" in markdown
-    assert "the paper's means on Mip-NeRF360, one run without a spread; the difference" in markdown
-
-
-@pytest.mark.parametrize(
-    ("changes", "why"),
-    [
-        ({"scenes": NINE[:3]}, "its mean is over bicycle, bonsai, counter, flowers, garden, kitchen, room, stump"),
-        ({"scenes": [*NINE, "attic"]}, "its mean is over bicycle"),
-        ({"dataset": "orbit"}, "orbit has other scenes, with the same kind of camera path"),
-        ({"dataset": "captures"}, "captures is another data set"),
-        ({"iterations": 2000}, "iterations 2000 in place of 30000"),
-    ],
-)
-def test_published_values_of_what_is_not_the_same_have_no_difference(episode, table, changes, why):
-    episodes = in_the_papers_protocol(episode, **changes)
-    rows, markdown, latex = table(episodes, ["random"], PUBLISHED, dataset=episodes[0].dataset)
-    assert (rows["random", "psnr"]["published"], rows["random", "psnr"]["difference"]) == ("17.91", "")
-    assert "| PSNR ↑ (dB) | published, Mip-NeRF360 | SSIM" in markdown
-    assert f"for orientation alone: {why}" in markdown
-    assert "diff" not in latex.replace("difference", "").replace("different", "")
-
-
-def test_published_values_stand_only_where_they_are_asked_for(episode, table):
-    _, markdown, latex = table([episode("random", dataset="captures")], ["random"], dataset="captures")
-    assert "published" not in markdown
-    assert "paper" not in latex
 
 
 def test_equal_records_give_equal_bytes_in_any_order(episode, written, tmp_path):

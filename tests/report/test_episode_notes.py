@@ -1,0 +1,65 @@
+"""What records tell a reader of a table: each note once, settings of one method, views that never differ."""
+
+import pytest
+
+from avs.system.reasons import Reason
+from tests.report.view_synthesis_tables import METHODS, TableWriter
+
+
+@pytest.fixture
+def table(tmp_path, written):
+    return TableWriter(tmp_path, written)
+
+
+def test_notes_of_episodes_are_repeated_once(episode, table):
+    note = "attic: budget 5 instead of 6, because its pool has 10 views"
+    rows, markdown, latex = table([episode(method, budget=5, notes=[note]) for method in METHODS])
+    assert markdown.count(note) == 1
+    assert latex.count(note) == 1
+    assert rows["random", "psnr"]["note"].endswith(note)
+
+
+def test_settings_of_one_method_are_told(episode, table):
+    own = episode("random").protocol | {"views_per_step": 4}
+    _, markdown, _ = table([episode("random"), episode("farthest"), episode("piqe", protocol=own)], METHODS[:3])
+    said = "has settings of the loop for itself, which are part of its row: views_per_step 4 instead of 1\n"
+    assert f"- PIQE {said}" in markdown
+
+
+def test_a_note_of_several_scenes_is_told_once_with_their_names(episode, table):
+    notes = {"attic": ["attic: 2 images are undistorted"], "cellar": ["cellar: 2 images are undistorted", "cold"]}
+    episodes = [episode("random", scene, notes=notes.get(scene, [])) for scene in ("attic", "cellar", "hall")]
+    _, markdown, _ = table(episodes, ["random"])
+    assert "- attic, cellar: 2 images are undistorted\n- cold\n" in markdown
+    _, markdown, _ = table(episodes[:2], ["random"])
+    assert "- every scene: 2 images are undistorted\n" in markdown
+
+
+def test_folders_that_are_no_scenes_are_counted_and_told_by_reason(episode, table):
+    reason = Reason(cause="cannot be read (permission denied)", remedy="give yourself the permission")
+    _, markdown, _ = table(
+        [episode("random")], ["random"], left_out={"lost+found": reason, "b": reason, "c": Reason(cause="x")}
+    )
+    assert "Left out: 3 folders of it that cannot be a scene. Test images" in markdown
+    assert f"- left out, lost+found, b: {reason}\n- left out, c: x\n" in markdown
+    assert "eft out" not in table([episode("random")], ["random"])[1]
+
+
+def test_views_that_do_not_depend_on_the_seed_are_told(episode, table):
+    """By the views, not by the name of the method."""
+    said = "the same views with every seed; what differs between seeds is the noise of the optimisation alone"
+    own = [episode("random", scene, seed, selected=[f"{seed}", scene]) for scene in ("a", "b") for seed in (0, 1)]
+    fixed = [episode("piqe", scene, seed, selected=["x", scene]) for scene in ("a", "b") for seed in (0, 1)]
+    _, markdown, _ = table(own + fixed)
+    assert f"- PIQE: {said}\n" in markdown
+    assert markdown.count(said) == 1
+    _, markdown, _ = table([each for each in own + fixed if each.seed == 0])
+    assert said not in markdown
+
+
+def test_methods_that_choose_the_same_views_are_told(episode, table):
+    chosen = [("random", ["u", "v"]), ("piqe", ["x", "y"]), ("fisherrf", ["x", "y"])]
+    _, markdown, _ = table([episode(method, selected=views) for method, views in chosen])
+    assert "- PIQE, FisherRF: the same views in every episode; what differs between these rows" in markdown
+    _, markdown, _ = table([episode(method, selected=[method, "y"]) for method, _ in chosen])
+    assert "the same views" not in markdown
