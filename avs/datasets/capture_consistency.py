@@ -45,5 +45,5 @@ def _is_displaced(model: Model, image: ModelImage) -> bool:
     camera = model.cameras[image.camera_id]
     points = model.positions[np.searchsorted(model.point_ids, image.points[seen])]
     local = points @ rotation_matrix(image.quaternion).T + image.translation
-    distances = np.linalg.norm(projected(local, camera) - keypoints, axis=1)
+    distances = np.hypot(*(projected(local, camera) - keypoints).T)  # no square, which would overflow
     return bool(np.median(distances) > max(_PIXELS, _SHARE * max(camera.width, camera.height)))

@@ -218,6 +218,14 @@ def test_a_fault_of_the_text_form_is_told_in_one_line(fault, tmp_path):
     assert re.search(message, line)
 
 
+def test_a_pose_that_lost_a_number_is_told(tmp_path):
+    make_capture(tmp_path / "capture", text=True, names=[f"{index}.png" for index in range(9)])
+    lines = (tmp_path / "capture" / "sparse" / "0" / "images.txt").read_text().split("\n")
+    pose = next(line for line in lines if line.endswith(" 3.png"))
+    edit("images.txt", pose, " ".join(pose.split()[:7] + pose.split()[8:]))(tmp_path / "capture")
+    assert re.search(r"images\.txt: is damaged: cannot read the line", refused(tmp_path / "capture", tmp_path))
+
+
 def test_a_panorama_is_refused(tmp_path):
     make_capture(tmp_path / "capture", text=True)
     edit("cameras.txt", "PINHOLE 160 120 150 155 81 60", "EQUIRECTANGULAR 160 120 160 120")(tmp_path / "capture")

@@ -39,7 +39,7 @@ def read_images(path: Path) -> dict[int, ModelImage]:
         keypoints = next(lines, "")
         try:
             identifier, *pose, camera_id, name = line.split(maxsplit=9)
-            numbers = np.array(pose, dtype=np.float64)
+            numbers = np.array(pose, dtype=np.float64).reshape(7)
             fields = keypoints.split()
             table = np.array(fields, dtype=np.float64).reshape(-1, 3)
             points = np.array([_point(field) for field in fields[2::3]], dtype=np.int64)
