@@ -26,7 +26,7 @@ from avs.representations import kinds
 from avs.representations.kinds import AnyRepresentationSettings
 from avs.selection import registry
 from avs.system.errors import UserError
-from avs.system.models import StrictModel, first_fault
+from avs.system.models import Different, Seed, StrictModel, first_fault
 
 ScorerName = Literal["repvit", "dinov2"]
 DataSetName = Annotated[str, Field(pattern=r"^[a-z0-9_]+$")]
@@ -62,8 +62,12 @@ class Config(StrictModel):
 
     scale: str = Field(pattern=r"^[a-z0-9_]+$", description="name of the results folder, such as ci, small or paper")
     device: Literal["cpu", "cuda"] = Field(default="cpu", description="where reconstructions and networks run")
-    seeds: tuple[int, ...] = Field(min_length=1, description="each episode runs once with each seed")
-    methods: tuple[str, ...] = Field(min_length=1, description="identifiers of the selection methods, in table order")
+    seeds: Annotated[tuple[Seed, ...], Different] = Field(
+        min_length=1, description="each episode runs once with each seed"
+    )
+    methods: Annotated[tuple[str, ...], Different] = Field(
+        min_length=1, description="identifiers of the selection methods, in table order"
+    )
     selectors: dict[str, dict[str, Any]] = Field(
         default_factory=dict, description="settings of the methods, by identifier"
     )
@@ -246,6 +250,8 @@ def _readable(error: ValidationError, *parents: str) -> UserError:
     subject = f"configuration: {place}" if place else "configuration"
     if first["type"] == "union_tag_invalid":
         return UserError(subject, *_unknown(first["ctx"]["tag"], "source", readers()))
+    if first["type"] == "union_tag_not_found":
+        return UserError(subject, "names no source", f"add source: {' or '.join(readers())}")
     if first["type"] != "extra_forbidden":
         return UserError(subject, fault, "correct the value")
     return UserError(subject, *_unknown(str(first["loc"][-1]), "key", _all_keys(Config)))

@@ -61,6 +61,8 @@ class ProtocolSettings(StrictModel):
         if self.views_together % self.views_per_step:
             fault = f"views_per_choice {self.views_per_choice} is no multiple of views_per_step {self.views_per_step}"
             raise ValueError(f"{fault}: a choice would be captured at a part of an addition")
+        if self.initial_views >= self.budget:
+            raise ValueError(f"initial_views {self.initial_views} leave nothing to select of a budget of {self.budget}")
         if self.initial_views + len(self.additions) * self.views_per_step < self.budget:
             raise ValueError(f"{len(self.additions)} additions cannot fill a budget of {self.budget} views")
         return self

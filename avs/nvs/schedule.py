@@ -16,9 +16,15 @@ def initial_captures(scene: Scene, protocol: ProtocolSettings, count: int | None
         scene: the capture.
         protocol: the settings of the loop.
         count: how many views; ``protocol.initial_views`` if None. More of them begin with the same ones.
+
+    Raises:
+        UserError: the pool has no image of the number ``protocol.initial_start``.
     """
     pool = scene.pool
     wanted = protocol.initial_views if count is None else count
+    if protocol.initial_start >= len(pool):
+        fault = f"its pool of {len(pool)} images has none of number {protocol.initial_start}, from 0"
+        raise UserError(f"scene {scene.name}", fault, "lower protocol.initial_start")
     return pool[initial_views(scene.cameras[pool].centers, wanted, protocol.initial_start)]
 
 

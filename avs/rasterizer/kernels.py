@@ -43,7 +43,26 @@ def kernel(function: Callable[..., Any], fastmath: bool | set[str] = False) -> C
     # numba looks at the function's own file only, and would go on using code into which an older version of a function
     # of another file has been compiled (https://numba.readthedocs.io/en/stable/developer/caching.html).
     compiled._cache._cache_file._source_stamp = _STAMP
+    compiled._cache.load_overload = _unless_damaged(compiled._cache)
     return compiled
+
+
+def _unless_damaged(cache: Any) -> Callable[..., Any]:  # noqa: ANN401 - numba has no types
+    """Return how ``cache`` loads compiled code, but for files that are cut off or not numba's: those are compiled anew.
+
+    numba would let the fault of reading them end the process, this time and every time.
+    """
+    load = cache.load_overload
+
+    def load_or_nothing(signature: Any, target: Any) -> Any:  # noqa: ANN401
+        try:
+            return load(signature, target)
+        except Exception as error:
+            print(f"{cache.cache_path}: compiled code is damaged ({type(error).__name__}), it is compiled anew")
+            cache.flush()
+            return None
+
+    return load_or_nothing
 
 
 def inline(function: Callable[..., Any]) -> Compiled:

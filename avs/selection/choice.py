@@ -37,7 +37,16 @@ def select_views(method: Method, selector: Selector, state: State, k: int) -> Se
             ``k`` different candidates, includes one that was not scored, or begins with another one than the best by
             the declared direction.
         UserError: what the method raises.
+        Exception: what else the method raises. It carries a note that names the method.
     """
+    try:
+        return _selected(method, selector, state, k)
+    except Exception as error:
+        error.add_note(f"method {method.label}")
+        raise
+
+
+def _selected(method: Method, selector: Selector, state: State, k: int) -> Selection:
     if isinstance(selector, JointSelector):
         selection = selector.select(state, k)
         if not isinstance(selection.indices, np.ndarray):

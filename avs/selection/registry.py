@@ -8,6 +8,7 @@ import importlib
 import importlib.metadata
 import pkgutil
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, get_args
 
@@ -18,6 +19,7 @@ from avs.representations.capabilities import CAPABILITIES
 from avs.selection.contract import Direction, Method, Settings
 from avs.system.errors import UserError
 from avs.system.models import first_fault
+from avs.system.plugin_modules import import_each
 from avs.system.reasons import Reason
 
 PACKAGE = "avs.selectors"
@@ -32,29 +34,53 @@ class Registered:
     module: str
 
 
-@functools.cache
 def methods() -> dict[str, Registered]:
     """Return every method by identifier: those of ``avs.selectors``, then installed plug-ins, by module.
 
-    A plug-in is an entry point of the group ``avs.selectors`` that names a module with a ``METHODS`` dictionary.
-
-    Raises:
-        UserError: two modules define the same identifier, an identifier cannot name a folder of results, or the
-            metadata of a method name a direction or a capability that does not exist.
+    A plug-in is an entry point of the group ``avs.selectors`` that names a module with a ``METHODS`` dictionary. A
+    module that does not work is left out, see ``broken``.
     """
+    return _found()[0]
+
+
+def broken() -> dict[str, str]:
+    """Return why each module that should define methods is left out: a fault of its own must not stop the others.
+
+    It cannot be imported, its ``METHODS`` is no dictionary of methods, an identifier is another module's or cannot name
+    a folder of results, or the metadata of a method name a direction or a capability that does not exist.
+    """
+    return _found()[1]
+
+
+@functools.cache
+def _found() -> tuple[dict[str, Registered], dict[str, str]]:
     package = importlib.import_module(PACKAGE)
     own = sorted(f"{PACKAGE}.{module.name}" for module in pkgutil.iter_modules(package.__path__))
     plugins = sorted(point.value for point in importlib.metadata.entry_points(group=PACKAGE))
+    modules, faults = import_each(dict.fromkeys(own + plugins))
     found: dict[str, Registered] = {}
-    for module in own + plugins:
-        for identifier, method in getattr(importlib.import_module(module), "METHODS", {}).items():
-            if identifier in found:
-                fault = f"defined by {found[identifier].module} and by {module}"
-                raise UserError(identifier, fault, "rename one of the two methods")
-            check_identifier(identifier, module)
-            _check_metadata(identifier, method, module)
-            found[identifier] = Registered(method, module)
-    return found
+    for name, module in modules.items():
+        try:
+            found |= _methods_of(name, getattr(module, "METHODS", {}), found)
+        except UserError as error:
+            faults[name] = str(error)
+    return found, faults
+
+
+def _methods_of(module: str, defined: object, found: Mapping[str, Registered]) -> dict[str, Registered]:
+    """Return the methods that a module defines, once each is found to be one that a run could use."""
+    if not isinstance(defined, Mapping):
+        raise UserError(module, f"METHODS is {type(defined).__name__}", "make it a dictionary of methods by identifier")
+    for identifier, method in defined.items():
+        if not isinstance(method, Method):
+            fault = f"METHODS[{identifier!r}] is {type(method).__name__}"
+            raise UserError(module, fault, "make it a Method, see docs/add-a-baseline.md")
+        if identifier in found:
+            fault = f"defined by {found[identifier].module} and by {module}"
+            raise UserError(f"method {identifier!r}", fault, "rename one of the two methods")
+        check_identifier(identifier, module)
+        _check_metadata(identifier, method, module)
+    return {identifier: Registered(method, module) for identifier, method in defined.items()}
 
 
 def check_identifier(identifier: str, source: str) -> None:
@@ -67,7 +93,7 @@ def check_identifier(identifier: str, source: str) -> None:
     Raises:
         UserError: it holds other characters than lower-case letters, digits and hyphens.
     """
-    if not re.fullmatch("[a-z0-9-]+", identifier):
+    if not isinstance(identifier, str) or not re.fullmatch("[a-z0-9-]+", identifier):
         raise UserError(
             f"method {identifier!r} of {source}",
             "an identifier has only lower-case letters, digits and hyphens",
@@ -95,7 +121,8 @@ def find(identifier: str) -> Registered:
     known = methods()
     if identifier not in known:
         near = difflib.get_close_matches(identifier, known, n=3) or sorted(known)
-        raise UserError(f"method {identifier!r}", "unknown", f"did you mean {', '.join(near)}?")
+        faults = "".join(f", or mend {module}, which is left out ({fault})" for module, fault in broken().items())
+        raise UserError(f"method {identifier!r}", "unknown", f"did you mean {', '.join(near)}?{faults}")
     return known[identifier]
 
 
@@ -110,8 +137,10 @@ def create_settings(identifier: str, values: dict[str, Any]) -> Settings:
         return kind.model_validate(values)
     except ValidationError as error:
         place, fault = first_fault(error, "selectors", identifier)
+        near = difflib.get_close_matches(place.rpartition(".")[2], kind.model_fields, n=1)
+        guess = f"did you mean {near[0]}? " if near and error.errors()[0]["type"] == "extra_forbidden" else ""
         known = ", ".join(kind.model_fields) or "none"
-        raise UserError(place, fault, f"settings of this method: {known}") from None
+        raise UserError(f"configuration: {place}", fault, f"{guess}settings of this method: {known}") from None
 
 
 def needed(identifier: str, settings: Settings) -> tuple[str, ...]:

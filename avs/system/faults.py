@@ -82,9 +82,14 @@ def _exit(error: BaseException) -> Ending:
 
 
 def _programs_fault(error: BaseException) -> Ending:
-    line = f"{_place(error)}: {type(error).__name__}: {_one_line(error)}".removesuffix(": ")
+    line = ": ".join([*_notes(error), _place(error), type(error).__name__, _one_line(error)]).removesuffix(": ")
     remedy = "a fault of the program, not of your input: report it with the traceback"
     return Ending(f"{line}; {remedy}", PROGRAMS_FAULT, traceback=True)
+
+
+def _notes(error: BaseException) -> list[str]:
+    """Return what was noted of the part of the program that raised ``error``, such as the method."""
+    return [" ".join(note.split()) for note in getattr(error, "__notes__", [])]
 
 
 def _place(error: BaseException) -> str:

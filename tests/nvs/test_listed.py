@@ -72,8 +72,8 @@ def test_a_list_that_is_too_short_is_one_line(scene, listed):
 @pytest.mark.parametrize(
     ("views", "changes", "fault"),
     [
-        (["a.png"], {"view": []}, "view: Extra inputs"),
-        ([], {}, "views: List"),
+        (["a.png"], {"view": []}, "view: unknown key"),
+        ([], {}, "views: must have at least 1"),
         (["a.png"], {"label": ""}, "label: String"),
     ],
 )

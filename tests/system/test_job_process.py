@@ -157,3 +157,9 @@ def _until(condition, seconds=20):
             return True
         time.sleep(0.05)
     return False
+
+
+def test_a_fault_of_a_method_names_the_method(tmp_path):
+    body = "error = KeyError('x')\nerror.add_note('method Mine')\nraise error"
+    result = run(body, tmp_path / "job.log")
+    assert result.stderr.startswith("error: method Mine: <string>, line 6: KeyError: 'x'; ")

@@ -23,6 +23,10 @@ try:
 except UserError as error:
     sys.exit(f"error: {error}")
 
+if workflow.is_main_process:
+    for module, fault in registry.broken().items():
+        print(f"warning: {module} is left out: {fault}", file=sys.stderr)
+
 REPRESENTATION = kinds.find(settings.representation.kind)
 
 RESULTS = f"results/{settings.scale}"

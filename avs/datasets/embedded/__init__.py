@@ -15,12 +15,13 @@ scikit-image carries and procedural noise. Each pattern stands for one data set 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal, Self
+from typing import Annotated, Literal, Self
 
-from pydantic import Field, field_validator
+from pydantic import Field
 
 from avs.datasets.embedded.embedded_settings import EmbeddedSettings
 from avs.datasets.reader import Reader
+from avs.system.models import Different, Seed
 
 PatternName = Literal["orbit", "walkthrough", "handheld", "egocentric"]
 
@@ -30,15 +31,10 @@ class EmbeddedScenes(Reader):
 
     source: Literal["embedded"] = Field(default="embedded", description="scenes made on the spot from seeds")
     pattern: PatternName = Field(description="what the scenes show and how the camera moves")
-    seeds: tuple[int, ...] = Field(min_length=1, description="a scene for each; what it shows depends on it alone")
+    seeds: Annotated[tuple[Seed, ...], Different] = Field(
+        min_length=1, description="a scene for each; what it shows depends on it alone"
+    )
     capture: EmbeddedSettings = Field(default_factory=EmbeddedSettings, description="how they are captured")
-
-    @field_validator("seeds")
-    @classmethod
-    def _not_negative_nor_repeated(cls, seeds: tuple[int, ...]) -> tuple[int, ...]:
-        if len(set(seeds)) < len(seeds) or min(seeds) < 0:
-            raise ValueError("seeds are different numbers from 0 on")
-        return seeds
 
     def scenes(self) -> dict[str, Self]:
         """Return the settings of each scene, called by its pattern and seed, such as ``orbit_0``."""

@@ -1,0 +1,25 @@
+"""Imports modules that are found by name, of which one that does not work must not take the others with it."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterable
+from types import ModuleType
+
+from avs.system.faults import ending
+
+
+def import_each(names: Iterable[str]) -> tuple[dict[str, ModuleType], dict[str, str]]:
+    """Import modules, and return those that work, by name, and why each of the others does not.
+
+    A module that raises, ends the program, is misspelt or has a fault of syntax is one that does not work.
+    """
+    working, broken = {}, {}
+    for name in names:
+        try:
+            working[name] = importlib.import_module(name)
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
+            broken[name] = ending(error).line.partition(";")[0]
+    return working, broken
