@@ -134,10 +134,8 @@ def _why_unusable(path: Path, folders: dict[str, Path]) -> Reason | None:
         return Reason(
             cause=f"has the same scene name, {name}, as {_shown(_name(folders[name]))}", remedy="rename one of them"
         )
-    if len(name) > _LONGEST_NAME or re.search(r"(.+)\1{19}$", name):  # Snakemake takes the latter for endless recursion
-        cause = (
-            f"has a name of more than {_LONGEST_NAME} characters, or one that ends in 20 repetitions, {name[:20]}..."
-        )
+    if len(name) > _LONGEST_NAME or re.search(r"(.+)\1{19}$", name):  # Snakemake takes the latter for a circle
+        cause = f"has a scene name of more than {_LONGEST_NAME} characters, or one that ends in 20 repetitions"
         return Reason(cause=cause, remedy="give it a short name of letters from a to z")
     remedy = "use names in UTF-8 without braces, angle brackets, line breaks or blanks at the end"
     if not _can_be_named(path):

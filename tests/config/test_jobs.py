@@ -8,6 +8,7 @@ import yaml
 
 from avs.config.configuration import load
 from avs.config.jobs import JOBS, settings_of
+from avs.datasets.captures import Captures
 from avs.system.errors import UserError
 from avs.system.records import read_record, record_text
 from tests.workflow.project import ROOT
@@ -59,3 +60,17 @@ def test_a_method_is_told_its_own_loop(config):
     assert (released.views_per_step, released.additions) == (4, (60, 180, 360, 600))
     for method, views in (("fisherrf4", 4), ("fisherrf4-released", 4), ("random", 1)):
         assert settings_of(config, f"runtime/{method}").views_per_step == views
+
+
+def test_a_table_is_told_which_captures_are_left_out_and_a_scene_nothing_of_its_neighbours(config, tmp_path):
+    for name in ("good", "{bad}", "also good"):
+        (tmp_path / name / "images").mkdir(parents=True)
+    own = config.model_copy(update={"datasets": {"mine": Captures(folder=str(tmp_path))}})
+    told = settings_of(own, "nvs_table/mine").left_out
+    assert {name: reason.cause for name, reason in told.items()} == {
+        "{bad}": "has a name that the workflow cannot take"
+    }
+    before = record_text(settings_of(own, "scene/mine/good"))
+    (tmp_path / "{worse}" / "sparse").mkdir(parents=True)
+    assert record_text(settings_of(own, "scene/mine/good")) == before
+    assert len(settings_of(own, "nvs_table/mine").left_out) == 2

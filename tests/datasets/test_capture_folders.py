@@ -85,7 +85,7 @@ def test_a_capture_whose_scene_name_the_workflow_cannot_take_is_left_out(name, t
     capture(tmp_path / name)
     names, causes = told(tmp_path)
     assert names == ["good"]
-    assert causes[name].startswith("has a name of more than 100 characters, or one that ends in 20 repetitions, ")
+    assert causes[name] == "has a scene name of more than 100 characters, or one that ends in 20 repetitions"
 
 
 def test_an_unreadable_folder_is_left_out(tmp_path, monkeypatch):
