@@ -9,6 +9,8 @@ from pathlib import Path
 _LEAST_SECONDS = 1.0
 """The kernel counts in hundredths of a second: over a shorter time a share of a core cannot be told."""
 
+_TOLERANCE = 0.05  # seconds
+
 _STAT = Path("/proc/stat")
 _BUSY = (0, 1, 2, 5, 6, 7)  # user, nice, system, irq, softirq, steal; guests are part of user
 _ALL = range(8)
@@ -32,8 +34,8 @@ class LoadMeter:
         if self._before is None or after is None:
             return None
         busy, total = (later - earlier for later, earlier in zip(after, self._before, strict=True))
-        # Sandboxes show counters that stand still.
-        if total < elapsed / 2 or busy < own / 2:
+        # Sandboxes show counters that stand still; those of a process and of the kernel differ by some hundredths.
+        if total < elapsed / 2 or busy < own / 2 - _TOLERANCE:
             return None
         return max(0.0, busy - own) / elapsed
 

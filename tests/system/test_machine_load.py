@@ -16,6 +16,7 @@ def counted(tmp_path, monkeypatch):
     """Measure while the kernel counts so many seconds of user, steal and idle time."""
     monkeypatch.setattr(machine_load, "_STAT", tmp_path / "stat")
     monkeypatch.setattr(machine_load, "_LEAST_SECONDS", 0.05)
+    monkeypatch.setattr(machine_load, "_own_seconds", lambda: 1.0)
 
     def put(user, steal, idle):
         counts = [round(seconds * TICKS) for seconds in (user, 0, 0, idle, 0, 0, 0, steal, 0, 0)]
@@ -34,9 +35,9 @@ def test_what_others_and_the_hypervisor_took_is_counted(counted):
     start = time.perf_counter()
     found = counted(user=30.0, steal=10.0, idle=60.0)
     elapsed = time.perf_counter() - start
-    # 40 seconds of others while the clock of this process went on by a twentieth of a second, its own share taken off.
+    # 40 seconds of others while the clock of this process went on by a twentieth of a second or more.
     assert elapsed >= 0.05
-    assert 39.0 / elapsed < found <= 40.0 / 0.05
+    assert 40.0 / elapsed <= found <= 40.0 / 0.05
 
 
 def test_an_idle_machine_has_no_load(counted):
@@ -49,6 +50,12 @@ def test_counters_that_stand_still_or_are_not_there_tell_nothing(counted, tmp_pa
     assert LoadMeter().others() is None
 
 
+def test_a_hundredth_of_a_second_more_of_ones_own_is_rounding(counted, monkeypatch):
+    own = iter([1.0, 1.02])
+    monkeypatch.setattr(machine_load, "_own_seconds", lambda: next(own))
+    assert counted(user=0.0, steal=0.0, idle=10.0) == 0.0
+
+
 def test_ones_own_work_is_no_load_of_others(counted, monkeypatch):
     own = iter([1.0, 3.0])
     monkeypatch.setattr(machine_load, "_own_seconds", lambda: next(own))
@@ -57,4 +64,4 @@ def test_ones_own_work_is_no_load_of_others(counted, monkeypatch):
 
 def test_the_kernel_of_this_machine_is_read():
     found = LoadMeter().others()
-    assert found is None or 0.0 <= found <= os.cpu_count() + 0.1
+    assert found is None or 0.0 <= found <= os.cpu_count() + 0.5
