@@ -8,6 +8,10 @@ from typing import Annotated, Literal
 import typer
 
 Device = Literal["cpu", "cuda"]
+SceneFolder = Annotated[Path, typer.Argument(help="folder of a scene, as the rule scene makes it")]
+Seed = Annotated[int, typer.Argument(help="seed of every random choice")]
+Episodes = Annotated[list[Path], typer.Argument(help="records of episodes, episode.json")]
+DeviceName = Annotated[Device, typer.Option(help="where to run")]
 Log = Annotated[Path | None, typer.Option(help="file for everything that is printed")]
 SettingsFile = Annotated[Path, typer.Option(help="settings, a JSON file written by the workflow")]
 Out = Annotated[Path, typer.Option(help="what to write")]

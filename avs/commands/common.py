@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
 
 import typer
 
@@ -24,7 +25,7 @@ def kernels(log: Log = None) -> None:
 
 
 @commands.command()
-def schemas(out: Path = Path("workflows/schemas")) -> None:
+def schemas(out: Annotated[Path, typer.Option(help="folder to write to")] = Path("workflows/schemas")) -> None:
     """Generate the JSON schemas of the configuration, the scene file and the records."""
     from avs.config.schemas import write_schemas
 

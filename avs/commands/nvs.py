@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from avs.commands.arguments import Device, Log, Out, SettingsFile, Weights
+from avs.commands.arguments import DeviceName, Log, Out, SceneFolder, Seed, SettingsFile, Weights
 from avs.system.compatibility import limit_threads
 from avs.system.job_process import job
 from avs.system.records import read_settings
@@ -17,8 +17,8 @@ commands = typer.Typer()
 
 @commands.command()
 def episode(
-    scene: Path,
-    seed: int,
+    scene: SceneFolder,
+    seed: Seed,
     settings: SettingsFile,
     out: Out,
     weights: Weights = None,
@@ -38,8 +38,8 @@ def episode(
 
 @commands.command("common_states")
 def common_states(
-    scene: Path,
-    seed: int,
+    scene: SceneFolder,
+    seed: Seed,
     settings: SettingsFile,
     out: Out,
     weights: Annotated[
@@ -59,7 +59,13 @@ def common_states(
 
 
 @commands.command()
-def replay(scene: Path, episode: Path, out: Out, device: Device = "cpu", log: Log = None) -> None:
+def replay(
+    scene: SceneFolder,
+    episode: Annotated[Path, typer.Argument(help="its record, episode.json, possibly with another list of views")],
+    out: Out,
+    device: DeviceName = "cpu",
+    log: Log = None,
+) -> None:
     """Run an episode again on the views that its record lists."""
     from avs.nvs.experiment import replay_episode
 

@@ -7,18 +7,19 @@ from typing import Annotated
 
 import typer
 
-from avs.commands.arguments import Log, SettingsFile, Stem
+from avs.commands.arguments import Episodes, Log, SettingsFile, Stem
 from avs.system.errors import UserError
 from avs.system.job_process import job
 from avs.system.records import read_record, read_settings
 
 commands = typer.Typer()
 
+States = Annotated[list[Path], typer.Argument(help="records of the common states, one a scene and seed")]
 Dataset = Annotated[str, typer.Option(help="data set whose records these are")]
 
 
 @commands.command("nvs_table")
-def nvs_table(episodes: list[Path], dataset: Dataset, settings: SettingsFile, out: Stem, log: Log = None) -> None:
+def nvs_table(episodes: Episodes, dataset: Dataset, settings: SettingsFile, out: Stem, log: Log = None) -> None:
     """Write the view selection table of a data set as csv, md and tex."""
     from avs.config.jobs import TableJob
     from avs.report.tables.view_synthesis import write_nvs_table
@@ -30,7 +31,7 @@ def nvs_table(episodes: list[Path], dataset: Dataset, settings: SettingsFile, ou
 
 
 @commands.command("ranking_table")
-def ranking_table(records: list[Path], dataset: Dataset, settings: SettingsFile, out: Stem, log: Log = None) -> None:
+def ranking_table(records: States, dataset: Dataset, settings: SettingsFile, out: Stem, log: Log = None) -> None:
     """Write how well each method's scores rank the candidates of a data set, as csv, md and tex."""
     from avs.config.jobs import RowsJob
     from avs.report.tables.score_ranking import write_ranking_table
@@ -42,7 +43,7 @@ def ranking_table(records: list[Path], dataset: Dataset, settings: SettingsFile,
 
 @commands.command("runtime_table")
 def runtime_table(
-    records: list[Path],
+    records: Annotated[list[Path], typer.Argument(help="records of the timing, one a method")],
     settings: SettingsFile,
     out: Stem,
     episode: Annotated[list[Path] | None, typer.Option(help="an episode on the scene, for the PSNR")] = None,
@@ -76,7 +77,7 @@ def report(results: Annotated[Path, typer.Argument(help="folder of a run's resul
 
 
 @commands.command("psnr_over_views")
-def psnr_over_views(episodes: list[Path], settings: SettingsFile, out: Stem, log: Log = None) -> None:
+def psnr_over_views(episodes: Episodes, settings: SettingsFile, out: Stem, log: Log = None) -> None:
     """Draw the test PSNR over the number of captured views."""
     from avs.config.jobs import FigureJob
     from avs.report.figures.psnr_over_views import write_psnr_over_views

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from avs.commands.arguments import Log, Out, SettingsFile, Weights
+from avs.commands.arguments import Log, Out, SceneFolder, SettingsFile, Weights
 from avs.system.compatibility import limit_threads
 from avs.system.job_process import job
 from avs.system.records import read_settings
@@ -16,7 +16,7 @@ commands = typer.Typer()
 
 
 @commands.command("runtime_state")
-def runtime_state(scene: Path, settings: SettingsFile, out: Out, log: Log = None) -> None:
+def runtime_state(scene: SceneFolder, settings: SettingsFile, out: Out, log: Log = None) -> None:
     """Fit the reconstruction that methods are timed on."""
     from avs.nvs.timing import write_state
     from avs.nvs.timing_settings import StateSettings
@@ -28,7 +28,7 @@ def runtime_state(scene: Path, settings: SettingsFile, out: Out, log: Log = None
 
 @commands.command()
 def runtime(
-    scene: Path,
+    scene: SceneFolder,
     state: Annotated[Path, typer.Option(help="checkpoint of the reconstruction")],
     settings: SettingsFile,
     out: Out,

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from avs.commands.arguments import Log, Out, SettingsFile
+from avs.commands.arguments import Log, Out, SceneFolder, Seed, SettingsFile
 from avs.system.compatibility import limit_threads
 from avs.system.job_process import job
 from avs.system.records import read_settings
@@ -16,7 +16,7 @@ commands = typer.Typer()
 
 
 @commands.command()
-def distortions(scene: Path, seed: int, settings: SettingsFile, out: Out, log: Log = None) -> None:
+def distortions(scene: SceneFolder, seed: Seed, settings: SettingsFile, out: Out, log: Log = None) -> None:
     """Fit a training scene and keep renderings of it with their SSIM maps."""
     from avs.iqa.cross_reference.distortion_renders import make_renders
     from avs.iqa.cross_reference.scorer_settings import RenderJob

@@ -1,12 +1,15 @@
 """Every rule calls the command of its own name, and a stage's commands are where its rules are."""
 
 import importlib
+import inspect
 import re
 import subprocess
 import sys
 
 import pytest
+import typer
 
+from avs.commands import weights
 from avs.commands.main import STAGES, app
 from tests.workflow.project import ROOT, environment
 
@@ -47,3 +50,15 @@ def test_no_two_stages_have_a_command_of_one_name():
     counted = [name for stage in STAGES for name in names(stage.commands)]
     assert len(counted) == len(set(counted))
     assert len(app.registered_groups) == len(STAGES) + 1
+
+
+@pytest.mark.parametrize("stage", [*STAGES, weights], ids=lambda stage: stage.__name__)
+def test_every_argument_and_option_says_what_it_is(stage):
+    """Each command runs inside the guard that ends it with one line, too."""
+    group = typer.main.get_command(stage.commands)
+    commands = getattr(group, "commands", {"": group}).values()
+    for command in commands:
+        assert command.help, command.name
+        assert all(parameter.help for parameter in command.params), command.name
+    for registered in stage.commands.registered_commands:
+        assert "with job(" in inspect.getsource(registered.callback)

@@ -16,7 +16,7 @@ def listing() -> list[str]:
     """Return one line per entry of the manifest, and one with the cache folder."""
     lines = []
     for name, entry in MANIFEST.items():
-        size = "unknown size" if entry.bytes is None else f"{entry.bytes} bytes"
+        size = "size told when fetched" if entry.bytes is None else f"{entry.bytes / 1e6:.0f} MB"
         hashed = "hash unknown" if entry.sha256 is None else f"sha256 {entry.sha256[:8]}"
         there = locate(name)
         place = f"absent: {COMMAND} {name}" if there is None else f"present: {there}"
