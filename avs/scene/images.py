@@ -41,7 +41,7 @@ class Header:
         plain: whether any program reads the same 8-bit sRGB values from it.
         transparent: whether it has an alpha channel or a transparent colour.
         frames: whether other frames or pages follow the first one, which is used.
-        profile: whether it has an ICC colour profile that is not of sRGB.
+        profile: whether it has a colour profile that is not sRGB's, or another gamma.
     """
 
     size: tuple[int, int]
@@ -156,5 +156,8 @@ def _stored_size(image: Image.Image, orientation: int) -> tuple[int, int]:
 
 
 def _has_other_profile(image: Image.Image) -> bool:
-    profile = image.info.get("icc_profile")
-    return isinstance(profile, bytes) and b"sRGB" not in profile and "sRGB".encode("utf-16-be") not in profile
+    """Whether the file says that its values are not sRGB, by an ICC profile or PNG's gamma."""
+    profile, gamma = image.info.get("icc_profile"), image.info.get("gamma")
+    if isinstance(profile, bytes):
+        return b"sRGB" not in profile and "sRGB".encode("utf-16-be") not in profile
+    return isinstance(gamma, float) and "srgb" not in image.info and abs(gamma - 1 / 2.2) > 0.01

@@ -244,3 +244,13 @@ def test_frames_transparency_and_profiles_are_told(tmp_path):
             assert header.plain == (form in ("png rgb", "png grey"))
     RGB.save(tmp_path / "wide.png", icc_profile=b"Adobe RGB (1998)")
     assert read_header(tmp_path / "wide.png").profile
+
+
+@pytest.mark.parametrize(("gamma", "other"), [(100_000, True), (45_455, False), (55_556, True)])
+def test_linear_values_and_other_gammas_of_png_are_told(gamma, other, tmp_path):
+    (tmp_path / "image.png").write_bytes(png(COLORS, 8, 2, chunk(b"gAMA", struct.pack(">I", gamma))))
+    assert read_header(tmp_path / "image.png").profile == other
+    (tmp_path / "image.png").write_bytes(
+        png(COLORS, 8, 2, chunk(b"sRGB", b"\0"), chunk(b"gAMA", struct.pack(">I", gamma)))
+    )
+    assert not read_header(tmp_path / "image.png").profile
