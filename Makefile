@@ -9,7 +9,7 @@ SHELL := bash
 .SHELLFLAGS := -euo pipefail -c
 export PATH := $(CURDIR)/.venv/bin:$(PATH)
 
-.PHONY: tables test lint check
+.PHONY: tables test lint check endurance
 
 tables: .venv/installed
 	snakemake -j$(CORES) tables
@@ -19,6 +19,10 @@ check: .venv/installed
 
 test: .venv/installed lint
 	pytest -n $(CORES)
+
+# Random damage and kills, each against a run from nothing: hours. See docs/integrity.md.
+endurance: .venv/installed
+	python -m tests.endurance
 
 lint: .venv/installed
 	ruff check .

@@ -5,11 +5,24 @@
 
 import shutil
 import subprocess
+import sys
 import time
+from pathlib import Path
 
 STARTED = time.time()  # a table that is older is not of this run
 
+if Path.cwd() != Path(workflow.basedir).resolve():
+    sys.exit(
+        f"error: {Path.cwd()}: is not the folder of the workflow, from which its paths start; add --directory {workflow.basedir}"
+    )
+
 if "scale" not in config:
+    if workflow.config_settings.configfiles:
+        given = " ".join(str(path) for path in workflow.config_settings.configfiles)
+        sys.exit(
+            f"error: {given}: no scale is named; give all files after one --configfile, the base first: "
+            "--configfile workflows/config/small.yaml mine.yaml"
+        )
 
     configfile: "workflows/config/ci.yaml"
 

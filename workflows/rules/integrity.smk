@@ -88,10 +88,10 @@ def check_results():
 
 def set_outdated_aside():
     """Take away what was changed, and tables and figures that are of another run or are to be made again."""
-    for path in sorted(
-        {path for each in DAMAGE for path in each.changed if path.is_file()}
-    ):
-        set_aside(path, CHANGED)
+    changed = {path for each in DAMAGE for path in each.changed if path.is_file()}
+    for path in sorted(changed):
+        if path.is_relative_to(RESULTS) and ".." not in path.parts:
+            set_aside(path, CHANGED)
     for path in sorted(path for path in OUTSIDE if path.is_file()):
         set_aside(path, "is of no table of this configuration")
     outputs = {Path(path) for job in workflow.dag.needrun_jobs() for path in job.output}

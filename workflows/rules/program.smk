@@ -29,3 +29,4 @@ rule views:
         "views: {wildcards.method} on {wildcards.scene} of {wildcards.dataset}, seed {wildcards.seed}"
     shell:
         "{params.program} {params.scene} {wildcards.seed} --settings {input.settings} --out {output} > {log} 2>&1"
+        " && sha256sum {output} > {log}.sha256"

@@ -1,0 +1,132 @@
+"""What is missing, changed or of another configuration is made again, and no old table passes for one of this run."""
+
+import os
+import re
+import shutil
+import subprocess
+
+import pytest
+import yaml
+
+from tests.workflow.project import checkout, environment, run, tiny
+
+RESULTS = "results/tiny"
+EPISODE = f"{RESULTS}/episodes/orbit/orbit_0/random/0/episode.json"
+SHOWN = {"nvs_table", "psnr_over_views"}
+
+
+@pytest.fixture
+def copied(finished, tmp_path):
+    """A copy of the finished run."""
+    folder = checkout(tmp_path / "copied")
+    for name in ("results/tiny", ".snakemake"):
+        shutil.copytree(finished / name, folder / name)
+    return folder
+
+
+def planned(folder):
+    """Return the rules that a dry run names, without the target, and what it prints beside."""
+    result = run(folder, "-n", "tables")
+    assert result.returncode == 0, result.stderr
+    rules = set(re.findall(r"^(\w+) +\d+$", result.stdout, re.MULTILINE))
+    return rules - {"total", "tables"}, result.stderr
+
+
+def flip(path):
+    """Flip a bit, and leave the file its time, as a disk that fails does."""
+    status, content = path.stat(), bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+    os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns))
+
+
+def change(path):
+    """Change one digit of the settings, by which the episode would have another length."""
+    path.write_text(path.read_text().replace('"iterations": 12', '"iterations": 13'))
+
+
+@pytest.mark.parametrize(
+    ("name", "act", "rules"),
+    [
+        (f"{RESULTS}/tables/nvs_orbit.md", flip, {"nvs_table"}),
+        (f"{RESULTS}/tables/nvs_orbit.tex", os.unlink, {"nvs_table"}),
+        (f"{RESULTS}/figures/psnr_over_views.png", flip, {"psnr_over_views"}),
+        (EPISODE, flip, {"episode"} | SHOWN),
+        (EPISODE, os.unlink, {"episode"} | SHOWN),
+        (EPISODE.replace("episode.json", "splats.ply"), flip, {"episode"} | SHOWN),
+        (f"{RESULTS}/episodes", shutil.rmtree, {"episode"} | SHOWN),
+        (f"{RESULTS}/settings/episode/random.json", change, {"settings", "episode"} | SHOWN),
+        (f"{RESULTS}/scenes", shutil.rmtree, {"scene", "episode", "common_states", "ranking_table"} | SHOWN),
+        (f"{RESULTS}/logs", shutil.rmtree, set()),
+    ],
+)
+def test_damage_is_planned_anew_and_a_dry_run_changes_nothing(copied, name, act, rules):
+    act(copied / name)
+    before = {path: path.stat().st_mtime_ns for path in (copied / RESULTS).rglob("*")}
+    told, _ = planned(copied)
+    assert told == rules
+    assert {path: path.stat().st_mtime_ns for path in (copied / RESULTS).rglob("*")} == before
+
+
+def test_a_changed_table_is_set_aside_and_made_again(finished, copied):
+    table = copied / RESULTS / "tables" / "nvs_orbit.md"
+    with open(table, "a") as stream:
+        stream.write("a note by hand\n")
+    line = f"{RESULTS}/tables/nvs_orbit.md: was changed after it was written; it is made again\n"
+    assert line in planned(copied)[1]
+    result = run(copied, "-j2", "tables")
+    assert result.returncode == 0, result.stderr
+    assert table.read_bytes() == (finished / RESULTS / "tables" / "nvs_orbit.md").read_bytes()
+    assert (copied / RESULTS / "set_aside/tables/nvs_orbit.md").read_text().endswith("a note by hand\n")
+    assert planned(copied)[0] == set()
+
+
+def test_a_table_of_no_target_is_set_aside(copied):
+    (copied / "tiny.yaml").write_text(yaml.safe_dump(tiny() | {"common_states": None}))
+    result = run(copied, "-j2", "tables")
+    assert result.returncode == 0, result.stderr
+    assert not list((copied / RESULTS / "tables").glob("ranking*"))
+    assert (copied / RESULTS / "set_aside/tables/ranking_orbit.csv").is_file()
+    assert (copied / RESULTS / "tables/nvs_orbit.csv").is_file()
+
+
+def test_a_job_that_died_after_a_change_runs_again(copied):
+    """Its old output is gone, and the tables that stand there are older than the change."""
+    (copied / "tiny.yaml").write_text(yaml.safe_dump(tiny() | {"selectors": {"random": {"reshuffle": True}}}))
+    killed = copied / "killed" / "python"
+    killed.parent.mkdir()
+    killed.write_text("#!/bin/sh\nkill -9 $$\n")
+    killed.chmod(0o755)
+    variables = environment()
+    variables["PATH"] = f"{killed.parent}{os.pathsep}{variables['PATH']}"
+    words = ["snakemake", "-j1", "tables", "--configfile", "tiny.yaml", "--max-jobs-per-timespan", "1000/1s"]
+    result = subprocess.run(words, cwd=copied, env=variables, capture_output=True, text=True, check=False)
+    assert result.returncode == 1
+    assert not (copied / EPISODE).exists()
+    assert not list((copied / RESULTS / "tables").glob("nvs*"))
+    assert planned(copied)[0] >= {"episode"} | SHOWN
+
+
+@pytest.mark.parametrize(
+    ("options", "line"),
+    [
+        (["--configfile", "tiny.yaml", "--configfile", "mine.yaml"], "mine.yaml: no scale is named; give all files "),
+        (["--directory", ".."], "is not the folder of the workflow, from which its paths start; add --directory "),
+    ],
+)
+def test_a_run_that_would_not_be_the_one_that_is_meant_is_one_line(tmp_path, options, line):
+    folder = checkout(tmp_path / "run")
+    (folder / "mine.yaml").write_text("seeds: [0]\n")
+    words = ["snakemake", "-n", "tables", *options]
+    result = subprocess.run(words, cwd=folder, env=environment(), capture_output=True, text=True, check=False)
+    assert result.returncode != 0
+    (fault,) = [text for text in (result.stdout + result.stderr).splitlines() if text.startswith("error: ")]
+    assert line in fault
+
+
+def test_the_folder_of_the_workflow_can_be_named_from_elsewhere(tmp_path):
+    folder = checkout(tmp_path / "run")
+    words = ["snakemake", "-n", "tables", "--snakefile", f"{folder}/Snakefile", "--directory", str(folder)]
+    words += ["--configfile", f"{folder}/tiny.yaml"]
+    result = subprocess.run(words, cwd=tmp_path, env=environment(), capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
