@@ -11,7 +11,7 @@ import time
 import yaml
 from factories import small_scene
 
-from tests.workflow.project import checkout, environment, tiny
+from tests.workflow.project import ROOT, checkout, environment, tiny
 
 PROGRAM = """import argparse, json
 from pathlib import Path
@@ -47,13 +47,12 @@ def lay_out(folder):
 def configuration():
     """Return the settings of the run."""
     values = tiny()
-    training = {"backbone_frozen": True, "cache_features": True, "crop": 14, "steps": 2, "batch": 2}
-    training |= {"resize": {"side": "long", "pixels": 48}, "reference_pool": "captured", "queries_per_set": 2}
     values["methods"] = ["random", "farthest", "backwards", "ours-repvit"]
-    values["scorers"] = {"repvit": {"training": training}}
+    check = yaml.safe_load((ROOT / "workflows" / "config" / "check.yaml").read_text())
+    values["scorers"] = {"repvit": check["scorers"]["repvit"]}
     values["distortions"]["renders"] = {"cameras": 4, "views": [4, 6], "iterations": [4, 8]}
-    values["datasets"]["handheld_training"]["seeds"] = [100]
-    values["datasets"]["handheld_held_out"]["seeds"] = [106]
+    for name in ("handheld_training", "handheld_held_out"):
+        values["datasets"][name] = check["datasets"][name]
     values["datasets"]["desk"] = {"source": "captures", "folder": "captures"}
     return values
 
