@@ -33,6 +33,7 @@ include: "workflows/rules/scorer.smk"
 include: "workflows/rules/metric_parameters.smk"
 include: "workflows/rules/nvs.smk"
 include: "workflows/rules/runtime.smk"
+include: "workflows/rules/sensitivity.smk"
 include: "workflows/rules/report.smk"
 
 

@@ -10,12 +10,12 @@ import gc
 
 import typer
 
-from avs.commands import common, data, metric_parameters, nvs, report, runtime, scorer, weights
+from avs.commands import common, data, metric_parameters, nvs, report, runtime, scorer, sensitivity, weights
 from avs.system.compatibility import prepare_environment
 from avs.system.job_process import die_with_parent
 
 HELP = "Active view selection. One command per rule of the workflow, of the same name; every path is an argument."
-STAGES = (common, data, scorer, metric_parameters, nvs, runtime, report)
+STAGES = (common, data, scorer, metric_parameters, nvs, runtime, sensitivity, report)
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False, help=HELP)
 for stage in STAGES:

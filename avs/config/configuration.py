@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, cast
 
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
+from avs.config.sensitivity_settings import SensitivitySettings, laid_over
 from avs.datasets.captures import Captures
 from avs.datasets.reader import Reader
 from avs.datasets.reader_registry import readers
@@ -110,6 +111,11 @@ class Config(StrictModel):
         description="the states at which all methods score the same candidates, for the table of rank correlations; "
         "null to leave it out",
     )
+    sensitivity: SensitivitySettings | None = Field(
+        default=None,
+        description="variants of the settings under which some methods run again, for the table of how far their order "
+        "depends on the settings; null for no such table",
+    )
     report: ReportSettings = Field(default_factory=ReportSettings, description="how results are tabulated")
 
     @model_validator(mode="after")
@@ -167,6 +173,7 @@ def load(values: dict[str, Any], programs: Collection[str] = ()) -> Config:
             fault = f"needs the scorer {scorer}, which the configuration does not train"
             raise UserError(f"method {identifier}", fault, f"add scorers.{scorer}, or leave the method out")
         registry.create_settings(identifier, config.selectors.get(identifier, {}))
+    _check_sensitivity(config, programs)
     return _with_captures(config)
 
 
@@ -206,6 +213,51 @@ def protocol_of(config: Config, method: str) -> ProtocolSettings:
         return protocol_of_method(config.protocol, batches, config.method_protocols.get(method, {}))
     except ValidationError as error:
         raise _readable(error, "method_protocols", method) from None
+
+
+def variant_of(config: Config, variant: str) -> Config:
+    """Return the configuration of a run under a variant of ``config.sensitivity``: its settings, laid over the run's.
+
+    Raises:
+        LookupError: there is no such variant.
+        UserError: a key is unknown, a value does not fit, or what the scenes are prepared for would change.
+    """
+    changes = ({} if config.sensitivity is None else config.sensitivity.variants)[variant]
+    parents = ("sensitivity", "variants", variant)
+    values = {
+        "protocol": laid_over(config.protocol.model_dump(), changes.protocol),
+        "representation": laid_over(config.representation.model_dump(), changes.representation),
+    }
+    try:
+        changed = _Varied.model_validate(values)
+    except ValidationError as error:
+        raise _readable(error, *parents) from None
+    for name in ("kind", "background"):
+        if getattr(changed.representation, name, None) != getattr(config.representation, name, None):
+            subject = f"configuration: {'.'.join(parents)}.representation.{name}"
+            raise UserError(subject, "cannot differ from the run's, for which the scenes are prepared", "remove it")
+    return config.model_copy(update=dict(changed))
+
+
+class _Varied(StrictModel):
+    """The sections that a variant changes."""
+
+    protocol: ProtocolSettings
+    representation: AnyRepresentationSettings
+
+
+def _check_sensitivity(config: Config, programs: Collection[str]) -> None:
+    """Raise a UserError if a variant of the settings, or a method that is to run under them, does not fit."""
+    if config.sensitivity is None:
+        return
+    subject = "configuration: sensitivity.methods"
+    for method in config.sensitivity.methods:
+        if method in programs or registry.find(method).method.follows is not None:
+            raise UserError(subject, f"{method} chooses no views in its episodes", "leave it out")
+    for variant in config.sensitivity.variants:
+        changed = variant_of(config, variant)
+        for method in config.sensitivity.methods:
+            protocol_of(changed, method)
 
 
 def _followed(config: Config, programs: Collection[str]) -> list[str]:

@@ -11,8 +11,9 @@ from typing import Literal
 
 from pydantic import Field
 
-from avs.config.configuration import Config, DataSet, protocol_of, scorer_of
+from avs.config.configuration import Config, DataSet, protocol_of, scorer_of, variant_of
 from avs.config.method_weights import absent_methods, choosing_elsewhere, scoring_methods
+from avs.config.studied import studied_methods
 from avs.iqa.cross_reference.scorer_settings import RenderJob, RenderSettings, ScorerSettings
 from avs.iqa.no_reference.niqe_settings import FitSettings
 from avs.nvs.common_states_settings import CommonStatesJob, CommonStatesSettings, ScoredMethodSettings
@@ -51,6 +52,12 @@ class RowsJob(FigureJob):
     """What a table reads."""
 
     absent: dict[str, Reason] = Field(description="why a method has no number, by identifier")
+
+
+class SensitivityJob(RowsJob):
+    """What the sensitivity table reads."""
+
+    variants: tuple[str, ...] = Field(description="names of the variants of the settings, in the order of columns")
 
 
 class TableJob(RowsJob):
@@ -140,6 +147,16 @@ def _ranking_table(config: Config, _: str) -> RowsJob:
     return RowsJob(methods=config.methods, absent=choosing_elsewhere(config) | absent_methods(config))
 
 
+def _sensitivity_episode(config: Config, name: str) -> EpisodeSettings:
+    variant, method = name.split("/")
+    return _episode(variant_of(config, variant), method)
+
+
+def _sensitivity_table(config: Config, _: str) -> SensitivityJob:
+    variants = () if config.sensitivity is None else tuple(config.sensitivity.variants)
+    return SensitivityJob(methods=studied_methods(config), absent=absent_methods(config), variants=variants)
+
+
 def _psnr_over_views(config: Config, _: str) -> FigureJob:
     return FigureJob(methods=config.methods)
 
@@ -156,10 +173,12 @@ JOBS: dict[str, Callable[[Config, str], StrictModel]] = {
     "runtime_table": _runtime_table,
     "nvs_table": _nvs_table,
     "ranking_table": _ranking_table,
+    "sensitivity_episode": _sensitivity_episode,
+    "sensitivity_table": _sensitivity_table,
     "psnr_over_views": _psnr_over_views,
 }
-"""What makes the settings of a rule's jobs: from the configuration and the name of a method, scene, data set or scorer.
-Where all jobs of a rule read the same, that name is empty."""
+"""What makes the settings of a rule's jobs: from the configuration and the name of a method, scene, data set or scorer,
+or those of a variant and a method. Where all jobs of a rule read the same, that name is empty."""
 
 
 def settings_of(config: Config, job: str) -> StrictModel:

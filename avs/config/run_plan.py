@@ -17,6 +17,9 @@ class RunPlan(StrictModel):
     config: Config = Field(description="the checked configuration")
     scenes: dict[str, tuple[str, ...]] = Field(description="scenes of each data set, those for scorers included")
     timed: tuple[str, str] | None = Field(description="data set and scene on which selections are timed, or null")
+    studied: dict[str, tuple[str, ...]] = Field(
+        default_factory=dict, description="scenes of each data set on which methods run under variants of the settings"
+    )
     published_times: tuple[str, ...] = Field(description="files of the paper's times")
     records: dict[str, str] = Field(description="path of the record that a rule writes, by rule")
     logs: dict[str, str] = Field(description="path of a job's log, by rule")

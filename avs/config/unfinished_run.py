@@ -3,14 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from avs.config.jobs import RowsJob, TableJob, settings_of
 from avs.config.method_weights import Made, absent_methods, followed, is_program, weights_of
 from avs.config.run_plan import RunPlan
+from avs.config.studied import studied_methods
 from avs.nvs.common_states_settings import CommonStatesJob
 from avs.nvs.episode_settings import EpisodeSettings
-from avs.report.incomplete import UnfinishedRun, WantedEpisode, WantedRecord, WantedStates, WantedTable, WantedTimes
+from avs.report.incomplete import (
+    UnfinishedRun,
+    WantedEpisode,
+    WantedRecord,
+    WantedSensitivity,
+    WantedStates,
+    WantedTable,
+    WantedTimes,
+)
+from avs.report.report_settings import BASE
 from avs.system.reasons import Reason
 
 
@@ -23,6 +34,42 @@ def unfinished(plan: RunPlan) -> UnfinishedRun:
         absent=absent_methods(config),
         tables=tuple(_table(plan, dataset) for dataset in config.evaluated),
         times=None if plan.timed is None else _times(plan, *plan.timed),
+        sensitivity=tuple(_wanted_sensitivity(plan)),
+    )
+
+
+def _wanted_sensitivity(plan: RunPlan) -> Iterator[WantedSensitivity]:
+    """Yield the sensitivity tables that the run makes with the others, and those that have been begun."""
+    told, methods = plan.config.sensitivity, studied_methods(plan.config)
+    if told is None:
+        return
+    for dataset, scenes in plan.studied.items():
+        settings = {
+            name: tuple(
+                _studied_episode(plan, name, method, dataset, scene, seed)
+                for method in methods
+                if method not in absent_methods(plan.config)
+                for scene in scenes
+                for seed in told.seeds or plan.config.seeds
+            )
+            for name in (BASE, *told.variants)
+        }
+        varied = (each for name, episodes in settings.items() if name != BASE for each in episodes)
+        if told.with_tables or any(each.path.exists() for each in varied):
+            yield WantedSensitivity(dataset, methods, settings)
+
+
+def _studied_episode(plan: RunPlan, name: str, method: str, dataset: str, scene: str, seed: int) -> WantedEpisode:
+    own = _episode(plan, method, dataset, scene, seed)
+    if name == BASE:
+        return own
+    rule, place = "sensitivity_episode", {"variant": name, "method": method, "dataset": dataset, "scene": scene}
+    settings = settings_of(plan.config, f"{rule}/{name}/{method}")
+    return replace(
+        own,
+        path=Path(plan.records[rule].format(**place, seed=seed)),
+        logs=(Path(plan.logs[rule].format(**place, seed=seed)), *own.logs[1:]),
+        settings=settings.model_dump(mode="json", include={"protocol", "representation"}),
     )
 
 

@@ -17,9 +17,11 @@ from avs.report.collect_states import read_states
 from avs.report.document import Document
 from avs.report.formats.markdown import document_markdown
 from avs.report.formats.writing import write_document
+from avs.report.report_settings import BASE
 from avs.report.tables.score_ranking import score_ranking
 from avs.report.tables.selection_times import selection_times
 from avs.report.tables.selection_times_numbers import read_runtimes
+from avs.report.tables.setting_sensitivity import setting_sensitivity
 from avs.report.tables.view_synthesis import view_synthesis
 from avs.scene.scene import SceneFile
 from avs.system.errors import UserError
@@ -97,6 +99,21 @@ class WantedTable:
 
 
 @dataclass(frozen=True)
+class WantedSensitivity:
+    """The sensitivity table of one data set.
+
+    Attributes:
+        dataset: its name.
+        methods: identifiers of the rows, in order.
+        settings: the episodes under each of the settings, by its name; the run's own come first, as ``BASE``.
+    """
+
+    dataset: str
+    methods: tuple[str, ...]
+    settings: Mapping[str, tuple[WantedEpisode, ...]]
+
+
+@dataclass(frozen=True)
 class WantedTimes:
     """The table of selection times.
 
@@ -125,6 +142,7 @@ class UnfinishedRun:
         absent: why a method could not run, by identifier.
         tables: for each data set.
         times: the selection times, or None if the run leaves them out.
+        sensitivity: the sensitivity table of each data set; none if the run leaves them out.
     """
 
     methods: tuple[str, ...]
@@ -132,6 +150,7 @@ class UnfinishedRun:
     absent: Mapping[str, Reason]
     tables: tuple[WantedTable, ...]
     times: WantedTimes | None
+    sensitivity: tuple[WantedSensitivity, ...] = ()
 
 
 def write_incomplete_tables(run: UnfinishedRun, out: Path) -> tuple[list[str], list[str]]:
@@ -167,6 +186,9 @@ def incomplete_documents(run: UnfinishedRun) -> tuple[dict[str, Document], list[
         with _left_out_into(lines):
             episodes = collected.get(run.times.dataset, Episodes(run.times.dataset, {}))
             documents["runtime"] = _selection_times(run.times, episodes, run.methods)
+    for each in run.sensitivity:
+        with _left_out_into(lines):
+            documents[f"sensitivity_{each.dataset}"] = _sensitivity(each, run.absent)
     return documents, lines
 
 
@@ -176,18 +198,32 @@ def existing_episodes(table: WantedTable, methods: Sequence[str]) -> Episodes:
     Raises:
         UserError: there is none, or they cannot be compared with one another.
     """
+    episodes = _existing(table.episodes, table.dataset, methods)
+    if not episodes.cells:
+        reasons = dict.fromkeys(why for cells in episodes.missing.values() for why in cells.values())
+        raise UserError(f"tables of {table.dataset}", "no episode yet", "; ".join(reasons))
+    return episodes
+
+
+def _existing(wanted_episodes: Sequence[WantedEpisode], dataset: str, methods: Sequence[str]) -> Episodes:
+    """Read the episodes that are there, with the reason for each that is not; there may be none."""
     paths: list[Path] = []
     missing: dict[str, dict[Cell, str]] = {}
-    for wanted in table.episodes:
+    for wanted in wanted_episodes:
         why = _why_not(wanted, Episode)
         if why is None:
             paths.append(wanted.path)
         else:
             missing.setdefault(wanted.method, {})[wanted.cell] = why
-    if not paths:
-        reasons = dict.fromkeys(why for cells in missing.values() for why in cells.values())
-        raise UserError(f"tables of {table.dataset}", "no episode yet", "; ".join(reasons))
-    return replace(read_dataset(paths, methods, table.dataset), missing=missing)
+    return replace(read_dataset(paths, methods, dataset) if paths else Episodes(dataset, {}), missing=missing)
+
+
+def _sensitivity(wanted: WantedSensitivity, absent: Mapping[str, Reason]) -> Document:
+    found = {name: _existing(each, wanted.dataset, wanted.methods) for name, each in wanted.settings.items()}
+    if not any(episodes.cells for episodes in found.values()):
+        raise UserError(f"sensitivity of {wanted.dataset}", "no episode yet", "go on with the run")
+    varied = {name: episodes for name, episodes in found.items() if name != BASE}
+    return setting_sensitivity(found[BASE], varied, wanted.methods, absent)
 
 
 def _ranking(table: WantedTable, methods: Sequence[str]) -> Document:

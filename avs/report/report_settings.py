@@ -6,6 +6,9 @@ from pydantic import Field
 
 from avs.system.models import StrictModel
 
+BASE = "base"
+"""What the sensitivity table calls the run's own settings."""
+
 
 class ReportSettings(StrictModel):
     """How results are tabulated."""

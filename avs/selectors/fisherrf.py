@@ -28,7 +28,8 @@ def _build(method: str, settings: InformationSettings, resources: Resources) -> 
 _SOURCE = (
     "Jiang et al., arXiv 2311.17874, and its code at commit b747328: diagonal information, squared per pixel after the "
     "channel sum, rotation left out, lambda 1e-6. Two deviations: the reconstruction goes on after a selection unless "
-    "refit is reinit, and the view-direction term reads the right harmonics (the published kernel's offset is off)."
+    "refit is reinit, and the view-direction term reads the right harmonics (the published kernel's offset is off). "
+    "Lambda is a constant at any image size, as in the code (docs/reconstruction-study.md)."
 )
 
 _BATCH = (

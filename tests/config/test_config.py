@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from avs.config.configuration import load
+from avs.config.configuration import load, variant_of
 from avs.config.schemas import SCHEMAS, write_schemas
 from avs.system.errors import UserError
 
@@ -121,3 +121,36 @@ def test_the_reference_of_the_tables_is_a_method_or_none():
     with pytest.raises(UserError, match=r"report\.reference: warp is not among the methods; name one of them") as error:
         load(values("ci") | {"report": {"reference": "warp"}})
     assert "\n" not in str(error.value)
+
+
+VARIED = {"methods": ["random"], "variants": {"few": {"representation": {"densification": {"max_gaussians": 50}}}}}
+
+
+def test_a_variant_is_laid_over_the_settings_of_the_run():
+    config = load(values() | {"sensitivity": VARIED})
+    changed = variant_of(config, "few").representation.densification
+    assert changed == config.representation.densification.model_copy(update={"max_gaussians": 50})
+
+
+@pytest.mark.parametrize(
+    ("edit", "line"),
+    [
+        (
+            {"variants": {"few": {"representation": {"densification": {"max_gausians": 50}}}}},
+            r"sensitivity.variants.few.representation.densification.max_gausians: unknown key; did you mean max_g",
+        ),
+        ({"variants": {"late": {"protocol": {"additions": [5, 4]}}}}, r"sensitivity.variants.late.protocol: .*ascend"),
+        (
+            {"variants": {"white": {"representation": {"background": [1, 1, 1]}}}},
+            r"sensitivity.variants.white.representation.background: cannot differ from the run's",
+        ),
+        ({"variants": {"base": {}}}, "no variant can be called base"),
+        ({"variants": {}}, r"sensitivity.variants: .* at least 1"),
+        ({"methods": ["activenerf-views"]}, "activenerf-views chooses no views in its episodes"),
+        ({"methods": ["randm"]}, "randm"),
+    ],
+)
+def test_a_variant_that_does_not_fit_is_one_line(edit, line):
+    with pytest.raises(UserError, match=line) as caught:
+        load(values() | {"sensitivity": VARIED | edit})
+    assert "\n" not in str(caught.value)

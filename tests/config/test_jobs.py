@@ -19,6 +19,7 @@ NAMES = {
     "runtime": "fisherrf4",
     "scorer_train": "dinov2",
     "nvs_table": "orbit",
+    "sensitivity_episode": "every_point/fisherrf",
 }
 
 
@@ -74,3 +75,12 @@ def test_a_table_is_told_which_captures_are_left_out_and_a_scene_nothing_of_its_
     (tmp_path / "{worse}" / "sparse").mkdir(parents=True)
     assert record_text(settings_of(own, "scene/mine/good")) == before
     assert len(settings_of(own, "nvs_table/mine").left_out) == 2
+
+
+def test_an_episode_under_a_variant_differs_in_what_the_variant_names_alone(config):
+    own, varied = (
+        settings_of(config, f"{job}/fisherrf") for job in ("episode", "sensitivity_episode/twice_as_many_gaussians")
+    )
+    density = own.representation.densification.model_copy(update={"max_gaussians": 12000})
+    assert varied.representation == own.representation.model_copy(update={"densification": density})
+    assert varied.model_copy(update={"representation": own.representation}) == own

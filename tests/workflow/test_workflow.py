@@ -130,6 +130,47 @@ def test_a_method_that_follows_another_waits_for_its_episode(tmp_path):
     assert planned(run(folder, "-n", "tables"))["episode"] == 2
 
 
+VARIED = {
+    "methods": ["random", "farthest"],
+    "variants": {
+        "few": {"representation": {"densification": {"max_gaussians": 99}}},
+        "late": {"protocol": {"iterations": 14}},
+    },
+}
+
+
+def test_variants_of_the_settings_are_a_target_of_their_own(edited):
+    (edited / "tiny.yaml").write_text(yaml.safe_dump(tiny() | {"sensitivity": VARIED}))
+    assert "sensitivity" not in run(edited, "-n", "tables").stdout
+    jobs = planned(run(edited, "-n", "sensitivity"))
+    assert jobs == {"settings": 5, "sensitivity_episode": 4, "sensitivity_table": 1, "sensitivity": 1, "total": 11}
+
+
+def test_variants_are_tabulated_with_the_run(edited):
+    # Random also ran as a method of the run: its episodes are those of the base, and are not made again.
+    (edited / "tiny.yaml").write_text(yaml.safe_dump(tiny() | {"sensitivity": VARIED | {"with_tables": True}}))
+    result = run(edited, "-j1", "tables")
+    assert result.returncode == 0, result.stdout + result.stderr
+    tables = edited / "results" / "tiny" / "tables"
+    rows = (tables / "sensitivity_orbit.csv").read_text().splitlines()
+    assert [row.split(",")[:2] for row in rows[1:]] == [
+        [setting, method] for setting in ("base", "few", "late") for method in ("random", "farthest")
+    ]
+    shutil.rmtree(edited / "results" / "tiny" / "sensitivity" / "late")
+    words = [sys.executable, "-m", "avs", "report", "results/tiny"]
+    told = subprocess.run(words, cwd=edited, env=environment(), capture_output=True, text=True, check=False)
+    assert told.returncode == 0, told.stderr
+    table = (edited / "results" / "tiny" / "tables_incomplete" / "sensitivity_orbit.md").read_text()
+    assert table.startswith("Incomplete: 2 of 6 means are missing.")
+    assert "| no episode |" in table
+
+
+def test_without_variants_the_target_says_what_to_add(edited):
+    result = run(edited, "-j1", "sensitivity")
+    assert result.returncode != 0
+    assert "names no variants of the settings; add some" in result.stdout + result.stderr
+
+
 def test_a_killed_run_resumes_to_the_same_tables(finished, tmp_path):
     folder = checkout(tmp_path)
     words = ["snakemake", "-j1", "tables", "--configfile", "tiny.yaml"]

@@ -95,8 +95,9 @@ def set_outdated_aside():
     for path in sorted(path for path in OUTSIDE if path.is_file()):
         set_aside(path, "is of no table of this configuration")
     outputs = {Path(path) for job in workflow.dag.needrun_jobs() for path in job.output}
+    outdated = outdated_sensitivity(set(map(str, outputs)), outdated_settings())
     for path in sorted(
-        path for path in outputs if path.parent in SHOWN and path.is_file()
+        path for path in outputs | outdated if path.parent in SHOWN and path.is_file()
     ):
         set_aside(path, "is of an earlier run")
 

@@ -27,17 +27,20 @@ def write_plan():
         "common_states": rules.common_states.log[0],
         "runtime_state": rules.runtime_state.log[0],
         "runtime": rules.runtime.log[0],
+        "sensitivity_episode": rules.sensitivity_episode.log[0],
     }
     records = {
         "scene": SCENE,
         "episode": EPISODE,
         "common_states": COMMON_STATES,
         "runtime": rules.runtime.output[0],
+        "sensitivity_episode": VARIED_EPISODE,
     }
     plan = RunPlan(
         config=settings,
         scenes={dataset: tuple(scenes) for dataset, scenes in LISTED.items()},
         timed=timed_scene() if settings.runtime is not None and TIMED else None,
+        studied={dataset: tuple(scenes) for dataset, scenes in STUDIED.items()},
         published_times=PUBLISHED_TIMES,
         records=records,
         logs={rule: str(log) for rule, log in logs.items()},
@@ -179,6 +182,7 @@ rule tables:
         expand(f"{RESULTS}/tables/nvs_{{dataset}}.csv", dataset=SCENES),
         ranking_tables,
         runtime_tables,
+        tables_of_sensitivity,
         f"{RESULTS}/figures/psnr_over_views.pdf",
 
 

@@ -1,0 +1,37 @@
+"""The command that tabulates how far the order of methods depends on the settings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from avs.commands.arguments import Log, SettingsFile, Stem
+from avs.system.job_process import job
+from avs.system.records import read_record
+
+commands = typer.Typer()
+
+
+@commands.command("sensitivity_table")
+def sensitivity_table(
+    episodes: list[Path],
+    dataset: Annotated[str, typer.Option(help="data set whose records these are")],
+    settings: SettingsFile,
+    out: Stem,
+    varied: Annotated[
+        list[str] | None, typer.Option(help="VARIANT=FILE, an episode under a variant of the settings")
+    ] = None,
+    log: Log = None,
+) -> None:
+    """Write each method's PSNR and rank under variants of the settings, and how the orders agree."""
+    from avs.config.jobs import SensitivityJob
+    from avs.report.tables.setting_sensitivity import write_sensitivity_table
+
+    with job(log):
+        told = read_record(settings, SensitivityJob)
+        files: dict[str, list[Path]] = {variant: [] for variant in told.variants}
+        for variant, _, path in (each.partition("=") for each in varied or []):
+            files.setdefault(variant, []).append(Path(path))
+        write_sensitivity_table(episodes, files, told.methods, dataset, out, told.absent)

@@ -1,0 +1,100 @@
+"""The sensitivity table: means, ranks, agreement of the orders by hand; gaps with their reason; equal bytes."""
+
+import csv
+
+import pytest
+
+from avs.report.collect import Episodes
+from avs.report.formats.markdown import document_markdown
+from avs.report.tables.setting_sensitivity import setting_sensitivity, write_sensitivity_table
+from avs.system.errors import UserError
+from avs.system.reasons import Reason
+
+METHODS = ("random", "farthest", "fisherrf", "piqe")
+BASE = {"random": (20.0, 20.2), "farthest": (21.0, 21.4), "fisherrf": (22.0, 22.0), "piqe": (23.0, 23.0)}
+SWAPPED = BASE | {"random": (21.3, 21.5), "farthest": (21.0, 21.4)}  # one of six pairs
+
+
+def episodes_of(episode, values, scenes=("attic",), missing=None):
+    """One episode a method, scene and seed, from each method's PSNR by seed."""
+    cells = {
+        method: {
+            (scene, seed): episode(method, scene, seed, psnr=(value, value))
+            for scene in scenes
+            for seed, value in enumerate(by_seed)
+        }
+        for method, by_seed in values.items()
+    }
+    return Episodes("orbit", cells, missing or {})
+
+
+def listed(listing):
+    return [dict(zip(listing.fields, record, strict=True)) for record in listing.records]
+
+
+def test_means_ranks_and_agreement_by_hand(episode):
+    document = setting_sensitivity(episodes_of(episode, BASE), {"other": episodes_of(episode, SWAPPED)}, METHODS, {})
+    rows = {(row["setting"], row["method"]): row for row in listed(document.listing)}
+    assert [rows["base", method]["rank"] for method in METHODS] == [4, 3, 2, 1]
+    assert [rows["other", method]["rank"] for method in METHODS] == [3, 4, 2, 1]
+    assert rows["base", "farthest"]["psnr"] == "21.2000"
+    base, other = listed(document.appendices["_agreement"])
+    assert (base["kendall_with_base"], other["kendall_with_base"]) == ("", "0.6667")  # (5 - 1) / 6
+    assert base["kendall_between_seeds"] == "1.0000"
+    # Two seeds that are d apart have the variance d^2 / 2: (0.02 + 0.08 + 0 + 0) / 4.
+    assert base["noise"] == "0.1581"
+    text = document_markdown(document)
+    assert "Kendall's tau with base" in text
+    assert "Incomplete" not in text
+
+
+def test_a_missing_episode_is_a_reason_in_its_cell_and_no_mean_of_the_rest(episode):
+    why = {"piqe": {("attic", 1): "it was killed"}}
+    varied = episodes_of(episode, SWAPPED | {"piqe": (23.0,)}, missing=why)
+    document = setting_sensitivity(episodes_of(episode, BASE), {"other": varied}, METHODS, {})
+    (row,) = (row for row in listed(document.listing) if (row["setting"], row["method"]) == ("other", "piqe"))
+    assert (row["psnr"], row["rank"], row["note"]) == (
+        "",
+        "",
+        "episodes missing: attic with seed 1: it was killed",
+    )
+    assert document.caption[0] == "Incomplete: 1 of 8 means are missing."
+    assert "other: tau compares 3 of 4 methods" in document.notes
+    assert "episodes missing" in document_markdown(document)
+
+
+def test_a_variant_without_any_episode_keeps_its_columns(episode):
+    document = setting_sensitivity(episodes_of(episode, BASE), {"other": Episodes("orbit", {})}, METHODS, {})
+    assert all(row["note"].startswith("no episode") for row in listed(document.listing) if row["setting"] == "other")
+    assert "other, no tau with base: fewer than 3 methods have both" in document.notes
+
+
+def test_a_method_that_could_not_run_says_why(episode):
+    values = {method: value for method, value in BASE.items() if method != "piqe"}
+    found = episodes_of(episode, values)
+    absent = {"piqe": Reason(cause="no weights", remedy="fetch them")}
+    document = setting_sensitivity(found, {"other": found}, METHODS, absent)
+    assert "PIQE: no weights: fetch them" in document.notes
+
+
+def test_one_seed_tells_nothing_of_noise(episode):
+    found = episodes_of(episode, {method: value[:1] for method, value in BASE.items()})
+    document = setting_sensitivity(found, {"other": found}, METHODS, {})
+    assert listed(document.appendices["_agreement"])[1]["noise"] == ""
+    assert "base, no tau between single seeds: one seed" in document.notes
+
+
+def test_episodes_on_two_versions_of_a_scene_are_refused(episode):
+    other = Episodes("orbit", {"random": {("attic", 0): episode("random", scene_hash="another")}})
+    with pytest.raises(UserError, match="other, random: was run on another version of the scene attic"):
+        setting_sensitivity(episodes_of(episode, BASE), {"other": other}, METHODS, {})
+
+
+def test_the_files(episode, written, tmp_path):
+    paths = written(episodes_of(episode, BASE).all)
+    write_sensitivity_table(paths, {"other": paths}, METHODS, "orbit", tmp_path / "sensitivity_orbit", {})
+    with open(tmp_path / "sensitivity_orbit_agreement.csv", newline="") as stream:
+        assert [row["kendall_with_base"] for row in csv.DictReader(stream)] == ["", "1.0000"]
+    assert {path.name for path in tmp_path.glob("sensitivity_orbit*")} == {
+        f"sensitivity_orbit{ending}" for ending in (".csv", ".md", ".tex", "_agreement.csv")
+    }

@@ -1,0 +1,130 @@
+# How far the order of methods depends on the settings: episodes under variants of them, and one table per data set.
+
+from avs.config.studied import studied_methods, studied_scenes
+
+VARIED_EPISODE = EPISODE.replace("/episodes/", "/sensitivity/{variant}/episodes/")
+
+try:
+    STUDIED = studied_scenes(settings.sensitivity, SCENES)
+except UserError as error:
+    sys.exit(f"error: {error}")
+
+
+def studied_episodes(path, dataset, **names):
+    """Return the records at ``path`` that the table of a data set compares; absent methods have none."""
+    told = settings.sensitivity
+    return expand(
+        path,
+        dataset=dataset,
+        method=[each for each in studied_methods(settings) if each not in ABSENT],
+        scene=STUDIED[dataset],
+        seed=told.seeds or settings.seeds,
+        **names,
+    )
+
+
+def base_episodes(wildcards):
+    return studied_episodes(EPISODE, wildcards.dataset)
+
+
+def varied_episodes(wildcards):
+    variants = list(settings.sensitivity.variants)
+    return studied_episodes(VARIED_EPISODE, wildcards.dataset, variant=variants)
+
+
+def varied_options(wildcards, input):
+    """Return each record of a variant behind the name of that variant."""
+    return [
+        f"--varied {variant}={path}"
+        for variant in settings.sensitivity.variants
+        for path in studied_episodes(VARIED_EPISODE, wildcards.dataset, variant=variant)
+    ]
+
+
+def sensitivity_tables(wildcards):
+    """Return the tables of all data sets with scenes that are studied; none without variants of the settings."""
+    return expand(f"{RESULTS}/tables/sensitivity_{{dataset}}.csv", dataset=STUDIED)
+
+
+def tables_of_sensitivity(wildcards):
+    """Return those tables where the target ``tables`` is to make them, too."""
+    told = settings.sensitivity
+    return sensitivity_tables(wildcards) if told and told.with_tables else []
+
+
+def outdated_sensitivity(made, changed_settings):
+    """Return the files of sensitivity tables that are not to be made now, though what they are made of changes.
+
+    Args:
+        made: paths of what is made now.
+        changed_settings: files of settings that are not what the configuration says.
+    """
+    base = {path for name in STUDIED for path in studied_episodes(EPISODE, name)}
+    told = any("/settings/sensitivity_" in str(path) for path in changed_settings)
+    if not told and base.isdisjoint(made):
+        return set()
+    return set(Path(f"{RESULTS}/tables").glob("sensitivity_*"))
+
+
+localrules:
+    sensitivity,
+
+
+if settings.sensitivity is not None:
+
+    rule sensitivity:
+        input:
+            sensitivity_tables,
+
+else:
+
+    rule sensitivity:
+        shell:
+            "echo 'error: configuration: sensitivity: names no variants of the settings; add some (docs/tables.md)' >&2"
+            "; exit 2"
+
+
+use rule episode as sensitivity_episode with:
+    input:
+        scene=SCENE,
+        weights=method_weights,
+        views=[],
+        followed=[],
+        kernels=ancient(KERNELS),
+        settings=f"{RESULTS}/settings/sensitivity_episode/{{variant}}/{{method}}.json",
+        code=method_code,
+    output:
+        episode=VARIED_EPISODE,
+        meta=VARIED_EPISODE.replace(".json", ".meta.json"),
+        model=VARIED_EPISODE.replace("episode.json", REPRESENTATION.exports),
+    log:
+        VARIED_EPISODE.replace(RESULTS, LOGS).replace("/episode.json", ".log"),
+    message:
+        "episode: {wildcards.method} on {wildcards.scene} of {wildcards.dataset}, seed {wildcards.seed},"
+        " variant {wildcards.variant}"
+
+
+rule sensitivity_table:
+    input:
+        base=base_episodes,
+        varied=varied_episodes,
+        settings=f"{RESULTS}/settings/sensitivity_table.json",
+        code=sources("avs.report.tables.setting_sensitivity"),
+    output:
+        multiext(
+            f"{RESULTS}/tables/sensitivity_{{dataset}}",
+            ".csv",
+            ".md",
+            ".tex",
+            "_agreement.csv",
+        ),
+    log:
+        f"{LOGS}/tables/sensitivity_{{dataset}}.log",
+    params:
+        varied=varied_options,
+        stem=subpath(output[0], strip_suffix=".csv"),
+    message:
+        "sensitivity of {wildcards.dataset} to the settings"
+    shell:
+        "{AVS} sensitivity_table {input.base} {params.varied} --dataset {wildcards.dataset}"
+        " --settings {input.settings} --out {params.stem} --log {log}"
