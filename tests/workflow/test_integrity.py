@@ -7,6 +7,7 @@ import subprocess
 
 import pytest
 import yaml
+from factories import small_scene
 
 from tests.workflow.project import checkout, environment, run, tiny
 
@@ -130,3 +131,17 @@ def test_the_folder_of_the_workflow_can_be_named_from_elsewhere(tmp_path):
     words += ["--configfile", f"{folder}/tiny.yaml"]
     result = subprocess.run(words, cwd=tmp_path, env=environment(), capture_output=True, text=True, check=False)
     assert result.returncode == 0, result.stderr
+
+
+def test_a_photograph_that_an_older_one_replaces_is_seen(tmp_path):
+    """As ``cp -p`` and ``mv`` leave it: other content, and a time before that of the scene."""
+    folder = checkout(tmp_path)
+    small_scene(folder / "captures" / "desk", count=16, name="desk", size=(48, 32))
+    (folder / "captures" / "desk" / "scene.json").unlink()
+    words = (f"{RESULTS}/scenes/captures/desk/scene.json", "--config", "scenes_dir=captures")
+    assert run(folder, "-j1", *words).returncode == 0
+    assert "Nothing to be done" in run(folder, "-n", *words).stdout
+    first, second = sorted((folder / "captures" / "desk" / "images").iterdir())[:2]
+    shutil.copy2(second, first)
+    os.utime(first, (1, 1))
+    assert re.search(r"^scene +1$", run(folder, "-n", *words).stdout, re.MULTILINE)
