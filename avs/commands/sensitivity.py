@@ -7,16 +7,16 @@ from typing import Annotated
 
 import typer
 
-from avs.commands.arguments import Log, SettingsFile, Stem
+from avs.commands.arguments import Episodes, Log, SettingsFile, Stem
 from avs.system.job_process import job
-from avs.system.records import read_record
+from avs.system.records import read_settings
 
 commands = typer.Typer()
 
 
 @commands.command("sensitivity_table")
 def sensitivity_table(
-    episodes: list[Path],
+    episodes: Episodes,
     dataset: Annotated[str, typer.Option(help="data set whose records these are")],
     settings: SettingsFile,
     out: Stem,
@@ -30,7 +30,7 @@ def sensitivity_table(
     from avs.report.tables.setting_sensitivity import write_sensitivity_table
 
     with job(log):
-        told = read_record(settings, SensitivityJob)
+        told = read_settings(settings, SensitivityJob)
         files: dict[str, list[Path]] = {variant: [] for variant in told.variants}
         for variant, _, path in (each.partition("=") for each in varied or []):
             files.setdefault(variant, []).append(Path(path))

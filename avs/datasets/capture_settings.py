@@ -6,8 +6,7 @@ from typing import Literal, Self
 
 from pydantic import Field, PositiveInt, model_validator
 
-from avs.scene.pixel_forms import Color
-from avs.system.models import StrictModel
+from avs.system.models import Color, StrictModel
 
 
 class CaptureSettings(StrictModel):

@@ -17,6 +17,7 @@ from avs.datasets.capture_consistency import consistency_notes
 from avs.datasets.capture_folders import capture_files, find_captures
 from avs.datasets.capture_models import choose_model
 from avs.datasets.capture_pictures import Picture, picture_notes, plan_pictures, unique_names
+from avs.datasets.capture_repeats import without_repeats
 from avs.datasets.capture_settings import CaptureSettings
 from avs.datasets.reader import Reader
 from avs.scene.cameras import Cameras, IndexArray
@@ -83,7 +84,7 @@ def prepare(source: Path, folder: Path, settings: CaptureSettings, dataset: str 
     """
     source, folder = Path(source), Path(folder)
     chosen = choose_model(source)
-    model = chosen.model
+    model, repeats = without_repeats(source, chosen.model)
     images = sorted_images(model)
     pictures = plan_pictures(source, find_model(chosen.folder)[0], model.cameras, images, settings)
     cameras = _cameras(model, pictures)
@@ -104,6 +105,7 @@ def prepare(source: Path, folder: Path, settings: CaptureSettings, dataset: str 
         licence="as the capture's owner says",
         notes=[
             *chosen.notes,
+            *repeats,
             *picture_notes(source, pictures, settings),
             *consistency_notes(model),
             *_notes(model, points),

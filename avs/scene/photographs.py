@@ -17,7 +17,7 @@ class Photographs:
         self._read: dict[str, Pixels] = {}
 
     def views(self, indices: IndexArray) -> Views:
-        """Return the views at ``indices`` of the scene, in that order.
+        """Return the views at ``indices`` of the scene, in that order; their pixels cannot be written to.
 
         Raises:
             UserError: an image is missing or damaged.
@@ -25,5 +25,7 @@ class Photographs:
         names = tuple(self._scene.names[row] for row in indices)
         new = [row for row, name in zip(indices.tolist(), names, strict=True) if name not in self._read]
         read = self._scene.views(new)
+        for image in read.images:  # methods are shown them, and the reconstruction learns from them
+            image.setflags(write=False)
         self._read.update(zip(read.names, read.images, strict=True))
         return Views(self._scene.cameras[indices], tuple(self._read[name] for name in names), names)

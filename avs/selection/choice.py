@@ -32,7 +32,7 @@ def select_views(method: Method, selector: Selector, state: State, k: int) -> Se
         k: how many to choose, 1 <= k <= n.
 
     Raises:
-        TypeError: the indices of a joint choice are no array.
+        TypeError: the indices of a joint choice are no array of whole numbers, or scores no real numbers.
         ValueError: the method breaks the contract: scores that are not n finite numbers, or a joint choice that is not
             ``k`` different candidates, includes one that was not scored, or begins with another one than the best by
             the declared direction.
@@ -41,7 +41,7 @@ def select_views(method: Method, selector: Selector, state: State, k: int) -> Se
     """
     try:
         return _selected(method, selector, state, k)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         error.add_note(f"method {method.label}")
         raise
 
@@ -53,7 +53,10 @@ def _selected(method: Method, selector: Selector, state: State, k: int) -> Selec
             raise TypeError(f"{method.label} returned indices of type {type(selection.indices).__name__}, not an array")
         _check(selection, len(state.candidates), k, method)
         return selection
-    scores = np.asarray(selector.score(state), dtype=np.float64)
+    scores = np.asarray(selector.score(state))
+    if scores.dtype.kind not in "fiu":
+        raise TypeError(f"{method.label} returned scores of type {scores.dtype}, not real numbers")
+    scores = scores.astype(np.float64)
     _check_scores(scores, len(state.candidates), method.label)
     return Selection(choose(scores, k, method.chooses), scores)
 
@@ -61,6 +64,8 @@ def _selected(method: Method, selector: Selector, state: State, k: int) -> Selec
 def _check(selection: Selection, candidates: int, k: int, method: Method) -> None:
     """Refuse a joint choice that breaks the contract; a plug-in's author needs to know at once."""
     indices, scores = selection.indices, selection.scores
+    if indices.dtype.kind not in "iu":
+        raise TypeError(f"{method.label} returned indices of type {indices.dtype}, not whole numbers")
     if len(indices) != k or len(set(indices.tolist())) != k or not ((indices >= 0) & (indices < candidates)).all():
         raise ValueError(f"{method.label} returned indices {indices}, expected {k} different ones of {candidates}")
     if scores is None:

@@ -1,14 +1,20 @@
-"""Which files of this project a module is made of: what a rule lists as inputs."""
+"""Which files of this project a module is made of, and how a rule knows that one of its inputs has changed."""
 
 from __future__ import annotations
 
 import ast
 import functools
-from collections.abc import Iterator
+import hashlib
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+
+from avs.system.files import file_hash
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("avs", "metrics")
+
+_SMALL = 1_000_000
+"""Bytes up to which a file is known by its content; a larger one by its size and time."""
 
 
 def sources(*modules: str) -> list[str]:
@@ -31,6 +37,29 @@ def sources(*modules: str) -> list[str]:
             found.add(path)
             waiting.extend(_imported(path))
     return sorted(str(path.relative_to(ROOT)) for path in found)
+
+
+def stamp(paths: Iterable[str], results: str) -> str:
+    """Return a digest of the files among ``paths`` that no job makes, by which a change is seen whatever their times.
+
+    Snakemake compares times: a file that an older one replaces, as ``cp -p``, ``mv`` or ``rsync -a`` leave it, is not
+    newer than what was made from the one before.
+
+    Args:
+        paths: files of any kind.
+        results: folder below which are those that jobs make.
+    """
+    found = sorted({path for path in paths if not path.startswith(f"{results}/")})
+    return hashlib.sha256("\n".join(f"{path} {_stamp(path)}" for path in found).encode()).hexdigest()
+
+
+@functools.cache
+def _stamp(path: str) -> str:
+    try:
+        status = Path(path).stat()
+        return file_hash(path) if status.st_size <= _SMALL else f"{status.st_size} {status.st_mtime_ns}"
+    except OSError:
+        return "absent"
 
 
 @functools.cache

@@ -77,13 +77,13 @@ def _import(error: BaseException) -> Ending:
 def _exit(error: BaseException) -> Ending:
     assert isinstance(error, SystemExit)
     told = f" ({_one_line(error)})" if error.code not in (None, 0) else ""
-    line = f"{_place(error)}: ended the program{told}; let it raise an exception, or leave it out"
-    return Ending(line, PROGRAMS_FAULT, traceback=True)
+    line = ": ".join([*_notes(error), _place(error), f"ended the program{told}"])
+    return Ending(f"{line}; let it raise an exception, or leave it out", PROGRAMS_FAULT, traceback=True)
 
 
 def _programs_fault(error: BaseException) -> Ending:
     line = ": ".join([*_notes(error), _place(error), type(error).__name__, _one_line(error)]).removesuffix(": ")
-    remedy = "a fault of the program, not of your input: report it with the traceback"
+    remedy = "a fault of the program or of code plugged into it: see the traceback"
     return Ending(f"{line}; {remedy}", PROGRAMS_FAULT, traceback=True)
 
 

@@ -110,7 +110,8 @@ def _end(error: BaseException, terminal: int | None) -> NoReturn:
             traceback.print_exception(error)
         print(line, file=sys.stderr, flush=True)
     if terminal is not None:
-        os.write(terminal, f"{line}\n".encode())
+        with contextlib.suppress(OSError):  # its reader may be gone
+            os.write(terminal, f"{line}\n".encode())
     sys.exit(end.status)
 
 

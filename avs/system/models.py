@@ -23,6 +23,11 @@ def _different(values: tuple[Any, ...]) -> tuple[Any, ...]:
 Different = AfterValidator(_different)
 """Annotation of a field whose items are all different."""
 
+Color = tuple[
+    Annotated[float, Field(ge=0, le=1)], Annotated[float, Field(ge=0, le=1)], Annotated[float, Field(ge=0, le=1)]
+]
+"""Red, green and blue."""
+
 Seed = Annotated[int, Field(ge=0, lt=2**32)]
 """A seed; its digits name a folder."""
 

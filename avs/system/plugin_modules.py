@@ -6,7 +6,7 @@ import importlib
 from collections.abc import Iterable
 from types import ModuleType
 
-from avs.system.faults import ending
+from avs.system.faults import Terminated, ending
 
 
 def import_each(names: Iterable[str]) -> tuple[dict[str, ModuleType], dict[str, str]]:
@@ -18,8 +18,8 @@ def import_each(names: Iterable[str]) -> tuple[dict[str, ModuleType], dict[str, 
     for name in names:
         try:
             working[name] = importlib.import_module(name)
-        except KeyboardInterrupt:
-            raise
+        except (KeyboardInterrupt, MemoryError, Terminated):
+            raise  # of the process, not of the module
         except BaseException as error:
             broken[name] = ending(error).line.partition(";")[0]
     return working, broken

@@ -150,3 +150,24 @@ def test_an_unknown_method_lists_near_names():
 def test_an_unknown_or_unfit_setting_names_the_known_ones(values):
     with pytest.raises(UserError, match=r"selectors\.fisherrf\..*settings of this method: chain, regularisation"):
         registry.create_settings("fisherrf", values)
+
+
+@pytest.mark.parametrize("scores", [[True, False, True], [1j, 2j, 3j], ["1", "2", "3"], [None, 1.0, 2.0]])
+def test_scores_that_are_no_real_numbers_are_refused_by_name(scores):
+    class Odd:
+        def score(self, state):
+            return np.array(scores)
+
+    with pytest.raises(TypeError, match=r"Random returned scores of type .*, not real numbers") as caught:
+        selected("random", Odd(), state(3), 1)
+    assert caught.value.__notes__ == ["method Random"]
+
+
+@pytest.mark.parametrize("indices", [[0.0, 1.2], [True, False]])
+def test_indices_that_are_no_whole_numbers_are_refused_by_name(indices):
+    class Odd:
+        def select(self, state, k):
+            return Selection(np.array(indices), None)
+
+    with pytest.raises(TypeError, match=r"Random returned indices of type .*, not whole numbers"):
+        selected("random", Odd(), state(3), 2)

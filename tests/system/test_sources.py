@@ -1,5 +1,8 @@
 """The files that a rule depends on."""
 
+import os
+from pathlib import Path
+
 from avs.system.code_inputs import ROOT, sources
 
 
@@ -36,3 +39,23 @@ def test_foreign_modules_have_no_files_here():
 
 def test_every_file_exists():
     assert all((ROOT / path).is_file() for path in sources("avs.commands.main"))
+
+
+def test_a_stamp_sees_content_whatever_the_time_and_leaves_results_out(tmp_path, monkeypatch):
+    from avs.system import code_inputs
+
+    monkeypatch.chdir(tmp_path)
+    Path("a.py").write_text("1")
+    Path("results").mkdir()
+
+    def stamp():
+        code_inputs._stamp.cache_clear()
+        return code_inputs.stamp(["a.py", "results/x.json", "gone"], "results")
+
+    first = stamp()
+    Path("results/x.json").write_text("made")
+    os.utime("a.py", (1, 1))
+    assert stamp() == first
+    Path("a.py").write_text("2")
+    os.utime("a.py", (1, 1))
+    assert stamp() != first

@@ -10,7 +10,7 @@ from avs.config.jobs import settings_of
 from avs.config.method_weights import Made, absent_methods, weights_of
 from avs.representations import kinds
 from avs.selection import registry
-from avs.system.code_inputs import sources
+from avs.system.code_inputs import sources, stamp
 from avs.system.errors import UserError
 from avs.system.records import record_text
 
@@ -55,6 +55,11 @@ wildcard_constraints:
 def settings_text(wildcards):
     """Return the text of a settings file: what the jobs that read it are told. Equal settings are equal text."""
     return record_text(settings_of(settings, wildcards.job)).strip()
+
+
+def input_stamp(wildcards, input):
+    """Return what tells of a changed input that is no newer: a parameter of every rule whose inputs a user can change."""
+    return stamp(input, RESULTS)
 
 
 def repeated(option, paths):

@@ -27,12 +27,6 @@ def scene_files(wildcards):
     return [str(path) for path in scene_settings(wildcards).files()]
 
 
-def scene_stamps(wildcards):
-    """Return size and time of each of the user's files: one that an older file replaces is not newer than the scene."""
-    files = map(Path, scene_files(wildcards))
-    return [f"{each.stat().st_size} {each.stat().st_mtime_ns}" for each in files]
-
-
 def scene_code(wildcards):
     """Return the source files of the reader that prepares a scene."""
     return sources(type(scene_settings(wildcards)).__module__)
@@ -49,8 +43,8 @@ rule scene:
         f"{LOGS}/scenes/{{dataset}}/{{scene}}.log",
     priority: 2  # as what trains scorers, which waits for them
     params:
+        stamp=input_stamp,
         folder=subpath(output[0], parent=True),
-        stamps=scene_stamps,
     message:
         "scene {wildcards.scene} of {wildcards.dataset}"
     shell:

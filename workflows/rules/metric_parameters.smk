@@ -25,6 +25,7 @@ rule niqe_fit:
         f"{LOGS}/parameters/niqe.log",
     priority: 2  # as what trains scorers: the common states wait for it
     params:
+        stamp=input_stamp,
         scenes=scene_folders,
     message:
         "NIQE's parameters from photographs of the training scenes"

@@ -109,6 +109,7 @@ rule episode:
     resources:
         gpu=int(settings.device == "cuda"),
     params:
+        stamp=input_stamp,
         scene=subpath(input.scene, parent=True),
         weights=weights_option,
         views=views_option,
@@ -163,6 +164,7 @@ rule common_states:
     resources:
         gpu=int(settings.device == "cuda"),
     params:
+        stamp=input_stamp,
         scene=subpath(input.scene, parent=True),
         weights=scoring_weights_options,
     message:

@@ -52,6 +52,7 @@ rule runtime_state:
     resources:
         gpu=int(settings.device == "cuda"),
     params:
+        stamp=input_stamp,
         scene=subpath(input.scene, parent=True),
     message:
         "reconstruction of {wildcards.scene} to time selections on"
@@ -75,6 +76,7 @@ rule runtime:
     resources:
         gpu=int(settings.device == "cuda"),
     params:
+        stamp=input_stamp,
         scene=subpath(input.scene, parent=True),
         weights=weights_option,
     message:

@@ -49,6 +49,7 @@ rule distortions:
     resources:
         gpu=int(settings.device == "cuda"),
     params:
+        stamp=input_stamp,
         folder=subpath(input.scene, parent=True),
         seed=render_seed,
     message:
@@ -73,6 +74,7 @@ rule scorer_train:
     resources:
         gpu=int(settings.device == "cuda"),
     params:
+        stamp=input_stamp,
         training=training_options,
         held_out=held_out_options,
     message:

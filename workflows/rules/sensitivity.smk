@@ -121,6 +121,7 @@ rule sensitivity_table:
     log:
         f"{LOGS}/tables/sensitivity_{{dataset}}.log",
     params:
+        stamp=input_stamp,
         varied=varied_options,
         stem=subpath(output[0], strip_suffix=".csv"),
     message:

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from avs.representations.base import RepresentationSettings
 from avs.representations.needed_points import NeededPoints
-from avs.system.models import StrictModel
+from avs.system.models import Color, StrictModel
 
 Points = Literal["random", "sfm", "selected"]
 ExtentChoice = Literal["robust", "all_cameras"]
@@ -112,9 +112,7 @@ class GaussianSettings(RepresentationSettings):
         default=1000, ge=1, description="steps between increases of the degree, which starts at 0"
     )
     ssim_weight: float = Field(default=0.2, ge=0, le=1, description="weight of D-SSIM in the loss; L1 has the rest")
-    background: tuple[float, float, float] = Field(
-        default=(0.0, 0.0, 0.0), description="colour behind the Gaussians, in 0..1"
-    )
+    background: Color = Field(default=(0.0, 0.0, 0.0), description="colour behind the Gaussians, in 0..1")
     adam_epsilon: float = Field(default=1e-15, gt=0, description="Adam's epsilon")
     points: InitialPoints = Field(default=InitialPoints(), description="where the Gaussians start")
     learning_rates: LearningRates = Field(default=LearningRates(), description="Adam's learning rates")
