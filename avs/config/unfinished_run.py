@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from avs.config.jobs import RowsJob, TableJob, settings_of
 from avs.config.method_weights import Made, absent_methods, followed, is_program, weights_of
@@ -22,6 +23,7 @@ from avs.report.incomplete import (
     WantedTimes,
 )
 from avs.report.report_settings import BASE
+from avs.selection import registry
 from avs.system.reasons import Reason
 
 
@@ -65,12 +67,21 @@ def _studied_episode(plan: RunPlan, name: str, method: str, dataset: str, scene:
         return own
     rule, place = "sensitivity_episode", {"variant": name, "method": method, "dataset": dataset, "scene": scene}
     settings = settings_of(plan.config, f"{rule}/{name}/{method}")
+    assert isinstance(settings, EpisodeSettings)
     return replace(
         own,
         path=Path(plan.records[rule].format(**place, seed=seed)),
         logs=(Path(plan.logs[rule].format(**place, seed=seed)), *own.logs[1:]),
-        settings=settings.model_dump(mode="json", include={"protocol", "representation"}),
+        settings=_recorded(settings),
     )
+
+
+def _recorded(settings: EpisodeSettings) -> dict[str, Any]:
+    """Return the settings that an episode's record repeats, by the record's keys."""
+    told: dict[str, Any] = settings.model_dump(mode="json", include={"protocol", "representation"})
+    if is_program(settings.method) or followed(settings.method) is not None:
+        return told
+    return told | {"selector": registry.create_settings(settings.method, settings.selector).model_dump(mode="json")}
 
 
 def _table(plan: RunPlan, dataset: str) -> WantedTable:
@@ -126,7 +137,7 @@ def _episode(plan: RunPlan, method: str, dataset: str, scene: str, seed: int) ->
         scene=Path(plan.records["scene"].format(**place)),
         logs=_episode_logs(plan, place),
         cell=(scene, seed),
-        settings=settings.model_dump(mode="json", include={"protocol", "representation"}),
+        settings=_recorded(settings),
     )
 
 

@@ -122,6 +122,9 @@ def picture_notes(source: Path, pictures: Sequence[Picture], settings: CaptureSe
         ),
         "read with their first frame or page alone": sum(picture.header.frames for picture in pictures),
         "read as sRGB, though they have another colour profile": sum(picture.header.profile for picture in pictures),
+        "read as they are stored, not as their EXIF orientation says, since so they fit their cameras": sum(
+            picture.header.orientation != picture.orientation for picture in pictures
+        ),
         "read as they are stored, since their EXIF orientation makes no sense": sum(
             picture.header.odd for picture in pictures
         ),

@@ -128,7 +128,8 @@ def _visible(points: Points, cameras: Cameras) -> Points:
     local += cameras.world_to_camera[images, :3, 3]
     with np.errstate(divide="ignore", invalid="ignore"):
         pixels = np.einsum("oij,oj->oi", cameras.intrinsics[images], local / local[:, 2:])[:, :2]
-    nearest = 1e-9 * (1 + np.abs(points.positions[rows]).max(axis=1, initial=0.0))  # float64 holds no more of where
+    # float64 holds no more of where a point lies that is as far from the origin as this.
+    nearest = 1e-15 * np.abs(points.positions[rows]).max(axis=1, initial=0.0)
     seen = (local[:, 2] > nearest) & (pixels >= 0).all(axis=1) & (pixels < cameras.sizes[images]).all(axis=1)
     return replace(points, observations=points.observations[seen])
 

@@ -53,7 +53,10 @@ def _selected(method: Method, selector: Selector, state: State, k: int) -> Selec
             raise TypeError(f"{method.label} returned indices of type {type(selection.indices).__name__}, not an array")
         _check(selection, len(state.candidates), k, method)
         return selection
-    scores = np.asarray(selector.score(state))
+    scores = selector.score(state)
+    if isinstance(scores, np.ma.MaskedArray):
+        raise TypeError(f"{method.label} returned masked scores, where each candidate needs one")
+    scores = np.asarray(scores)
     if scores.dtype.kind not in "fiu":
         raise TypeError(f"{method.label} returned scores of type {scores.dtype}, not real numbers")
     scores = scores.astype(np.float64)

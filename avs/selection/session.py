@@ -102,7 +102,7 @@ class Session:
         shown = np.arange(max(1, len(self.captured) - without))
         return State(
             representation=self.representation,
-            captured=self.views[shown] if without else self.views,
+            captured=self.views[shown],  # cameras of its own: what a method does to them in place stays with it
             candidates=self.scene.cameras[candidates],
             names=tuple(self.scene.names[index] for index in candidates),
             rng=rng,

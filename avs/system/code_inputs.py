@@ -39,18 +39,16 @@ def sources(*modules: str) -> list[str]:
     return sorted(str(path.relative_to(ROOT)) for path in found)
 
 
-def stamp(paths: Iterable[str], results: str) -> str:
-    """Return a digest of the files among ``paths`` that no job makes, by which a change is seen whatever their times.
+def stamp(paths: Iterable[str]) -> str:
+    """Return a digest of files that no job makes, by which a change is seen whatever their times.
 
     Snakemake compares times: a file that an older one replaces, as ``cp -p``, ``mv`` or ``rsync -a`` leave it, is not
     newer than what was made from the one before.
-
-    Args:
-        paths: files of any kind.
-        results: folder below which are those that jobs make.
+    Nor is one that was edited while a job ran.
     """
-    found = sorted({path for path in paths if not path.startswith(f"{results}/")})
-    return hashlib.sha256("\n".join(f"{path} {_stamp(path)}" for path in found).encode()).hexdigest()
+    found = sorted(set(paths))
+    told = "\n".join(f"{path} {_stamp(path)}" for path in found)
+    return hashlib.sha256(told.encode(errors="surrogateescape")).hexdigest()
 
 
 @functools.cache
@@ -66,16 +64,19 @@ def _stamp(path: str) -> str:
 def _imported(path: Path) -> tuple[Path, ...]:
     """Return the files that the module at ``path`` imports, without those that they import in turn."""
     tree = ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
-    return tuple(file for module in _names(tree) for file in _files(module))
+    return tuple(file for module in _names(tree, path.relative_to(ROOT).parts[:-1]) for file in _files(module))
 
 
-def _names(tree: ast.AST) -> Iterator[str]:
+def _names(tree: ast.AST, package: tuple[str, ...]) -> Iterator[str]:
+    """Yield the modules that a file of ``package`` may import; a name that is imported from one may be one too."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            yield node.module
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            parents = package[: len(package) + 1 - node.level] if node.level else ()
+            module = ".".join((*parents, *filter(None, [node.module])))
+            yield module
+            yield from (f"{module}.{alias.name}" for alias in node.names)
 
 
 def _files(module: str) -> list[Path]:

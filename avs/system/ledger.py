@@ -14,6 +14,7 @@ from avs.system.checksums import checksum_lines, read_checksums
 from avs.system.files import atomic_path, file_hash
 
 SUFFIX = ".sha256"
+SOURCES = ".sources"
 
 _SMALL = 1_000_000
 """Bytes up to which a file is hashed at every look; larger ones where a time is later than the list's."""
@@ -62,9 +63,19 @@ def _check(ledger: Path) -> Damage | None:
     paths = [Path(path) for path in listed]
     there = [path for path in paths if path.is_file()]
     changed = [path for path in there if _is_changed(path, listed[str(path)], since)]
-    if not there or (len(there) == len(paths) and not changed):
+    if not there or (len(there) == len(paths) and not changed and not _is_outdated(ledger.with_suffix(SOURCES))):
         return None
     return Damage(tuple(changed), _without(paths, there), _without(there, changed))
+
+
+def _is_outdated(sources: Path) -> bool:
+    """Return whether a program that lists what it is made of beside its log has changed since."""
+    try:
+        return any(
+            not Path(path).is_file() or file_hash(path) != told for path, told in read_checksums(sources).items()
+        )
+    except OSError:
+        return False
 
 
 def _is_changed(path: Path, told: str, since: int) -> bool:

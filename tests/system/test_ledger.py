@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from avs.system.checksums import checksum_lines
 from avs.system.files import write_text
 from avs.system.job_process import job
-from avs.system.ledger import find_damage
+from avs.system.ledger import Damage, find_damage
 
 LARGE = "x" * 1_100_000
 
@@ -99,3 +100,17 @@ def test_a_job_lists_its_own_files_alone(tmp_path, monkeypatch):
         for stream, number in zip(streams, (1, 2), strict=True):
             os.dup2(stream, number)
     assert [line[66:] for line in (tmp_path / "job.sha256").read_text().splitlines()] == ["own"]
+
+
+def test_what_a_changed_program_wrote_is_made_again(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("program.py", "views.json"):
+        Path(name).write_text("1")
+    Path("logs").mkdir()
+    Path("logs/views.log.sha256").write_text(checksum_lines([Path("views.json")]))
+    Path("logs/views.log.sources").write_text(checksum_lines([Path("program.py")]))
+    assert find_damage(Path("logs")) == []
+    Path("program.py").write_text("2")
+    os.utime("program.py", (1, 1))
+    (damage,) = find_damage(Path("logs"))
+    assert damage == Damage((), (), (Path("views.json"),))

@@ -41,21 +41,31 @@ def test_every_file_exists():
     assert all((ROOT / path).is_file() for path in sources("avs.commands.main"))
 
 
-def test_a_stamp_sees_content_whatever_the_time_and_leaves_results_out(tmp_path, monkeypatch):
+def test_a_stamp_sees_content_whatever_the_time(tmp_path, monkeypatch):
     from avs.system import code_inputs
 
     monkeypatch.chdir(tmp_path)
     Path("a.py").write_text("1")
-    Path("results").mkdir()
 
     def stamp():
         code_inputs._stamp.cache_clear()
-        return code_inputs.stamp(["a.py", "results/x.json", "gone"], "results")
+        return code_inputs.stamp(["a.py", "gone"])
 
     first = stamp()
-    Path("results/x.json").write_text("made")
     os.utime("a.py", (1, 1))
     assert stamp() == first
     Path("a.py").write_text("2")
     os.utime("a.py", (1, 1))
     assert stamp() != first
+
+
+def test_relative_imports_are_followed(tmp_path, monkeypatch):
+    from avs.system import code_inputs
+
+    package = tmp_path / "avs" / "selectors"
+    package.mkdir(parents=True)
+    for name, text in {"rel.py": "from .helper import SIGN\nfrom ..other import x", "helper.py": "SIGN = 1"}.items():
+        (package / name).write_text(text)
+    (tmp_path / "avs" / "other.py").write_text("x = 1")
+    monkeypatch.setattr(code_inputs, "ROOT", tmp_path)
+    assert sources("avs.selectors.rel") == ["avs/other.py", "avs/selectors/helper.py", "avs/selectors/rel.py"]

@@ -57,9 +57,15 @@ def settings_text(wildcards):
     return record_text(settings_of(settings, wildcards.job)).strip()
 
 
-def input_stamp(wildcards, input):
-    """Return what tells of a changed input that is no newer: a parameter of every rule whose inputs a user can change."""
-    return stamp(input, RESULTS)
+def stamp_of(files):
+    """Return what tells of a change in files that no job makes, whatever their times: a parameter of each rule.
+
+    Snakemake forgets parameters that are made from the inputs; so this takes what the inputs are made from.
+
+    Args:
+        files: paths, or a function of the wildcards that returns them.
+    """
+    return lambda wildcards: stamp(files(wildcards) if callable(files) else files)
 
 
 def repeated(option, paths):

@@ -27,6 +27,11 @@ def scene_files(wildcards):
     return [str(path) for path in scene_settings(wildcards).files()]
 
 
+def scene_made_of(wildcards):
+    """Return all files that no job makes and that a scene is made from."""
+    return scene_files(wildcards) + scene_code(wildcards)
+
+
 def scene_code(wildcards):
     """Return the source files of the reader that prepares a scene."""
     return sources(type(scene_settings(wildcards)).__module__)
@@ -43,7 +48,7 @@ rule scene:
         f"{LOGS}/scenes/{{dataset}}/{{scene}}.log",
     priority: 2  # as what trains scorers, which waits for them
     params:
-        stamp=input_stamp,
+        stamp=stamp_of(scene_made_of),
         folder=subpath(output[0], parent=True),
     message:
         "scene {wildcards.scene} of {wildcards.dataset}"

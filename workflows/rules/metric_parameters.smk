@@ -25,7 +25,7 @@ rule niqe_fit:
         f"{LOGS}/parameters/niqe.log",
     priority: 2  # as what trains scorers: the common states wait for it
     params:
-        stamp=input_stamp,
+        stamp=stamp_of(sources("avs.iqa.no_reference.niqe_fit")),
         scenes=scene_folders,
     message:
         "NIQE's parameters from photographs of the training scenes"

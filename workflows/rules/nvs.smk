@@ -109,7 +109,7 @@ rule episode:
     resources:
         gpu=int(settings.device == "cuda"),
     params:
-        stamp=input_stamp,
+        stamp=stamp_of(method_code),
         scene=subpath(input.scene, parent=True),
         weights=weights_option,
         views=views_option,
@@ -164,7 +164,7 @@ rule common_states:
     resources:
         gpu=int(settings.device == "cuda"),
     params:
-        stamp=input_stamp,
+        stamp=stamp_of(scoring_code()),
         scene=subpath(input.scene, parent=True),
         weights=scoring_weights_options,
     message:

@@ -1,8 +1,6 @@
 # A method that is a program of its own: it writes the views that it would capture, and the suite runs the episode on
 # them. A file of workflows/baselines takes this rule and names its program; docs/add-a-baseline.md shows how.
 
-from avs.system.code_inputs import stamp
-
 RESULTS = f"results/{config['scale']}"
 VIEWS = "episodes/{dataset}/{scene}/{method}/{seed}/views.json"
 
@@ -15,11 +13,6 @@ def command(wildcards, input):
     return first if "/" in first else f"./{first}"
 
 
-def input_stamp(wildcards, input):
-    """Return what tells of a changed program that is no newer."""
-    return stamp(input, RESULTS)
-
-
 rule views:
     input:
         scene=f"{RESULTS}/scenes/{{dataset}}/{{scene}}/scene.json",
@@ -30,11 +23,10 @@ rule views:
     log:
         f"{RESULTS}/logs/{VIEWS}".replace("/views.json", ".views.log"),
     params:
-        stamp=input_stamp,
         program=command,
         scene=subpath(input.scene, parent=True),
     message:
         "views: {wildcards.method} on {wildcards.scene} of {wildcards.dataset}, seed {wildcards.seed}"
     shell:
         "{params.program} {params.scene} {wildcards.seed} --settings {input.settings} --out {output} > {log} 2>&1"
-        " && sha256sum {output} > {log}.sha256"
+        " && sha256sum {output} > {log}.sha256 && sha256sum {input.program} > {log}.sources"

@@ -105,7 +105,7 @@ rule nvs_table:
     log:
         f"{LOGS}/tables/nvs_{{dataset}}.log",
     params:
-        stamp=input_stamp,
+        stamp=stamp_of(sources("avs.report.tables.view_synthesis")),
         stem=subpath(output[0], strip_suffix=".csv"),
     message:
         "table of {wildcards.dataset}"
@@ -131,7 +131,7 @@ rule ranking_table:
     log:
         f"{LOGS}/tables/ranking_{{dataset}}.log",
     params:
-        stamp=input_stamp,
+        stamp=stamp_of(sources("avs.report.tables.score_ranking")),
         stem=subpath(output[0], strip_suffix=".csv"),
     message:
         "ranking of {wildcards.dataset}"
@@ -152,7 +152,7 @@ rule runtime_table:
     log:
         f"{LOGS}/tables/runtime.log",
     params:
-        stamp=input_stamp,
+        stamp=stamp_of(sources("avs.report.tables.selection_times")),
         episodes=episode_options,
         published=published_options,
         stem=subpath(output[0], strip_suffix=".csv"),
@@ -173,7 +173,7 @@ rule psnr_over_views:
     log:
         f"{LOGS}/figures/psnr_over_views.log",
     params:
-        stamp=input_stamp,
+        stamp=stamp_of(sources("avs.report.figures.psnr_over_views")),
         stem=subpath(output[0], strip_suffix=".pdf"),
     message:
         "figure: PSNR over views"

@@ -52,7 +52,7 @@ rule runtime_state:
     resources:
         gpu=int(settings.device == "cuda"),
     params:
-        stamp=input_stamp,
+        stamp=stamp_of(sources("avs.nvs.timing", REPRESENTATION.module)),
         scene=subpath(input.scene, parent=True),
     message:
         "reconstruction of {wildcards.scene} to time selections on"
@@ -76,7 +76,7 @@ rule runtime:
     resources:
         gpu=int(settings.device == "cuda"),
     params:
-        stamp=input_stamp,
+        stamp=stamp_of(timing_code),
         scene=subpath(input.scene, parent=True),
         weights=weights_option,
     message:

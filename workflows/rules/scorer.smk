@@ -49,7 +49,11 @@ rule distortions:
     resources:
         gpu=int(settings.device == "cuda"),
     params:
-        stamp=input_stamp,
+        stamp=stamp_of(
+            sources(
+                "avs.iqa.cross_reference.distortion_renders", REPRESENTATION.module
+            )
+        ),
         folder=subpath(input.scene, parent=True),
         seed=render_seed,
     message:
@@ -74,7 +78,7 @@ rule scorer_train:
     resources:
         gpu=int(settings.device == "cuda"),
     params:
-        stamp=input_stamp,
+        stamp=stamp_of(sources("avs.iqa.cross_reference.training")),
         training=training_options,
         held_out=held_out_options,
     message:

@@ -121,7 +121,7 @@ rule sensitivity_table:
     log:
         f"{LOGS}/tables/sensitivity_{{dataset}}.log",
     params:
-        stamp=input_stamp,
+        stamp=stamp_of(sources("avs.report.tables.setting_sensitivity")),
         varied=varied_options,
         stem=subpath(output[0], strip_suffix=".csv"),
     message:
