@@ -7,6 +7,8 @@ command reads or writes. ``python -m avs COMMAND --help`` lists the arguments.
 from __future__ import annotations
 
 import gc
+import io
+import sys
 
 import typer
 
@@ -30,4 +32,7 @@ def main() -> None:
     # Libraries make hundreds of thousands of objects that stay; looking for garbage among them so much less often saves
     # a tenth of a job's start.
     gc.set_threshold(50_000)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # tables hold arrows and dashes, which not every terminal can show
+            stream.reconfigure(errors="backslashreplace")
     app()

@@ -11,7 +11,7 @@ import operator
 from collections.abc import Collection
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, cast
 
-from pydantic import BaseModel, Field, ValidationError, model_validator
+from pydantic import BaseModel, Field, ValidationError, field_validator, model_validator
 
 from avs.config.sensitivity_settings import SensitivitySettings, laid_over
 from avs.datasets.captures import Captures
@@ -95,6 +95,13 @@ class Config(StrictModel):
     scorers: dict[ScorerName, ScorerSettings] = Field(
         default_factory=dict, description="cross-reference scorers that the run can train; it trains those it needs"
     )
+
+    @field_validator("scale")
+    @classmethod
+    def _not_a_folder_of_the_project(cls, scale: str) -> str:
+        if scale in ("published", "reference"):
+            raise ValueError(f"{scale} is the name of a folder of results that belongs to the project")
+        return scale
 
     @model_validator(mode="after")
     def _scorers_are_what_they_are_called(self) -> Self:

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from pydantic import Field, field_validator
 
 from avs.report.report_settings import BASE
-from avs.system.models import StrictModel
+from avs.system.models import Different, Seed, StrictModel
 
 VariantName = Annotated[str, Field(pattern=r"^[a-z0-9_]+$")]
 
@@ -25,14 +25,14 @@ class Variant(StrictModel):
 class SensitivitySettings(StrictModel):
     """Which methods are run again under which variants of the settings."""
 
-    methods: tuple[str, ...] = Field(
+    methods: Annotated[tuple[str, ...], Different] = Field(
         min_length=1, description="methods in the order of rows; those that the run leaves out are left out here, too"
     )
     variants: dict[VariantName, Variant] = Field(min_length=1, description="the variants by name, in order of columns")
-    seeds: tuple[int, ...] | None = Field(
+    seeds: Annotated[tuple[Seed, ...], Different] | None = Field(
         default=None, min_length=1, description="seeds of the episodes; null for those of the run"
     )
-    scenes: tuple[str, ...] | None = Field(
+    scenes: Annotated[tuple[str, ...], Different] | None = Field(
         default=None, min_length=1, description="names of evaluated scenes; null for all of them"
     )
     with_tables: bool = Field(

@@ -107,13 +107,17 @@ def unique_names(pictures: Sequence[Picture]) -> list[str]:
     return names
 
 
-def picture_notes(source: Path, pictures: Sequence[Picture], settings: CaptureSettings) -> list[str]:
-    """Return what a reader should know: which images are left out, and what was done to the others."""
+def picture_notes(source: Path, pictures: Sequence[Picture], settings: CaptureSettings, repeats: int = 0) -> list[str]:
+    """Return what a reader should know: which images are left out, and what was done to the others.
+
+    ``repeats`` of those that are not used are registered: they are other images once more.
+    """
     notes = []
     used = {picture.path for picture in pictures}
     present = {path for path in walk_files(source / "images") if path.suffix.lower() in _IMAGE_SUFFIXES}
-    if present - used:
-        notes.append(f"{len(present - used)} of {len(present)} images are left out: the model does not register them")
+    unregistered = len(present - used) - repeats
+    if unregistered > 0:
+        notes.append(f"{unregistered} of {len(present)} images are left out: the model does not register them")
     red, green, blue = settings.background or BLACK
     for done, count in {
         "undistorted": sum(pinhole(picture.camera) is None for picture in pictures),

@@ -2,33 +2,30 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections.abc import Collection, Mapping
 from dataclasses import replace
-from pathlib import Path
 
 from avs.scene.colmap import Model
-from avs.scene.colmap.conversion import sorted_images
-from avs.system.files import file_hash
 
 
-def without_repeats(source: Path, model: Model) -> tuple[Model, list[str]]:
-    """Return the model without images whose file holds the bytes of an earlier one's, by name, and a note on them.
+def repeated(hashes: Mapping[str, str]) -> dict[str, str]:
+    """Return the images whose pixels are those of an earlier one, by name, with the name of that one.
 
     Args:
-        source: the capture's folder.
-        model: its model; images whose file is not there stay.
+        hashes: of the pixels of each image, by name.
     """
-    paths = {image.name: source / "images" / image.name for image in sorted_images(model) if "\0" not in image.name}
-    sizes = {name: path.stat().st_size for name, path in paths.items() if path.is_file()}
-    counts = Counter(sizes.values())
     first: dict[str, str] = {}
-    repeated: dict[str, str] = {}
-    for name in (name for name, size in sizes.items() if counts[size] > 1):
-        original = first.setdefault(file_hash(paths[name]), name)
-        if original != name and paths[original].resolve() != paths[name].resolve():
-            repeated[name] = original
-    if not repeated:
-        return model, []
-    kept = {number: image for number, image in model.images.items() if image.name not in repeated}
-    told = ", ".join(f"{name} ({original})" for name, original in repeated.items())
-    return replace(model, images=kept), [f"left out, since they are other images once more: {told}"]
+    originals = {name: first.setdefault(hashes[name], name) for name in sorted(hashes)}
+    return {name: original for name, original in originals.items() if name != original}
+
+
+def without(model: Model, names: Collection[str]) -> Model:
+    """Return the model without the images of these names."""
+    kept = {number: image for number, image in model.images.items() if image.name not in names}
+    return replace(model, images=kept)
+
+
+def repeat_notes(repeats: Mapping[str, str]) -> list[str]:
+    """Return the note on images that ``repeated`` named, if there are any."""
+    told = ", ".join(f"{name} ({original})" for name, original in repeats.items())
+    return [f"left out, since they are other images once more: {told}"] if repeats else []

@@ -15,9 +15,9 @@ from pydantic import Field
 
 from avs.datasets.capture_consistency import consistency_notes
 from avs.datasets.capture_folders import capture_files, find_captures
-from avs.datasets.capture_models import choose_model
+from avs.datasets.capture_models import ChosenModel, choose_model
 from avs.datasets.capture_pictures import Picture, picture_notes, plan_pictures, unique_names
-from avs.datasets.capture_repeats import without_repeats
+from avs.datasets.capture_repeats import repeat_notes, repeated, without
 from avs.datasets.capture_settings import CaptureSettings
 from avs.datasets.reader import Reader
 from avs.scene.cameras import Cameras, IndexArray
@@ -84,7 +84,17 @@ def prepare(source: Path, folder: Path, settings: CaptureSettings, dataset: str 
     """
     source, folder = Path(source), Path(folder)
     chosen = choose_model(source)
-    model, repeats = without_repeats(source, chosen.model)
+    hashes = _write(source, folder, settings, dataset, chosen, {})
+    repeats = repeated(hashes)
+    if repeats:  # rare, so that a second writing costs less than a look at all pixels before
+        _write(source, folder, settings, dataset, chosen, repeats)
+
+
+def _write(
+    source: Path, folder: Path, settings: CaptureSettings, dataset: str, chosen: ChosenModel, repeats: dict[str, str]
+) -> dict[str, str]:
+    """Write the scene without the images that ``repeats`` names; return the hash of each one's pixels by its name."""
+    model = without(chosen.model, repeats)
     images = sorted_images(model)
     pictures = plan_pictures(source, find_model(chosen.folder)[0], model.cameras, images, settings)
     cameras = _cameras(model, pictures)
@@ -92,7 +102,7 @@ def prepare(source: Path, folder: Path, settings: CaptureSettings, dataset: str 
     names = unique_names(pictures)
     order = sorted(range(len(names)), key=names.__getitem__)
     places = np.argsort(order)
-    write_scene(
+    hashes = write_scene(
         folder,
         name=folder.name,
         dataset=dataset,
@@ -105,12 +115,13 @@ def prepare(source: Path, folder: Path, settings: CaptureSettings, dataset: str 
         licence="as the capture's owner says",
         notes=[
             *chosen.notes,
-            *repeats,
-            *picture_notes(source, pictures, settings),
+            *repeat_notes(repeats),
+            *picture_notes(source, pictures, settings, len(repeats)),
             *consistency_notes(model),
             *_notes(model, points),
         ],
     )
+    return {image.name: hashes[name] for image, name in zip(images, names, strict=True)}
 
 
 def _cameras(model: Model, pictures: list[Picture]) -> Cameras:

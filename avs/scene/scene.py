@@ -110,7 +110,7 @@ def write_scene(
     depth: Iterable[npt.NDArray[np.float32]] | None = None,
     mesh: Path | None = None,
     notes: Sequence[str] = (),
-) -> None:
+) -> dict[str, str]:
     """Write a scene, whole or not at all; equal content gives equal bytes.
 
     Cameras, points, depth and mesh are given in the capture's own unit and origin and written in the scene's. Points
@@ -131,6 +131,9 @@ def write_scene(
         depth: n arrays ``[height, width]`` float32 along the optical axis, 0 where nothing is; or None.
         mesh: a PLY file; or None.
         notes: lines for ``scene.json``.
+
+    Returns:
+        The SHA-256 of each image's size and pixels, by name.
 
     Raises:
         ValueError: the parts contradict one another.
@@ -167,6 +170,7 @@ def write_scene(
             files=files,
         )
         write_record(temporary / "scene.json", listed.hashed())
+    return hashes
 
 
 def read_scene(folder: Path) -> Scene:

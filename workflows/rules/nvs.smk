@@ -1,6 +1,8 @@
 # Active novel view synthesis: one episode per data set, scene, method and seed; and one record per data set, scene and
 # seed of the states at which all methods score the same candidates.
 
+import shlex
+
 from avs.config.method_weights import followed, scoring_methods
 
 
@@ -67,7 +69,7 @@ def method_weights(wildcards):
 
 
 def weights_option(wildcards, input):
-    return f"--weights {input.weights}" if input.weights else ""
+    return f"--weights {shlex.quote(str(input.weights))}" if input.weights else ""
 
 
 def views_option(wildcards, input):
@@ -146,7 +148,10 @@ def scoring_weights():
 
 
 def scoring_weights_options(wildcards):
-    return [f"--weights {method}={file}" for method, file in scoring_weights().items()]
+    return [
+        f"--weights {shlex.quote(f'{method}={file}')}"
+        for method, file in scoring_weights().items()
+    ]
 
 
 rule common_states:

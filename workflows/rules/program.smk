@@ -28,5 +28,6 @@ rule views:
     message:
         "views: {wildcards.method} on {wildcards.scene} of {wildcards.dataset}, seed {wildcards.seed}"
     shell:
+        "sha256sum {input.program} > {log}.sources && "
         "{params.program} {params.scene} {wildcards.seed} --settings {input.settings} --out {output} > {log} 2>&1"
-        " && sha256sum {output} > {log}.sha256 && sha256sum {input.program} > {log}.sources"
+        " && sha256sum {output} > {log}.sha256"
