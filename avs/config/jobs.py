@@ -7,7 +7,7 @@ nothing else. The command of the rule's name reads it back. A model that a lower
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import Field
 
@@ -46,6 +46,10 @@ class FigureJob(StrictModel):
     """What a figure reads."""
 
     methods: tuple[str, ...] = Field(description="identifiers of the methods, in order")
+    scenes: dict[str, tuple[str, ...]] = Field(
+        description="names of the scenes whose records it holds, by data set; with other ones it is made anew"
+    )
+    seeds: tuple[int, ...] = Field(description="seeds of those records")
 
 
 class RowsJob(FigureJob):
@@ -66,6 +70,12 @@ class TableJob(RowsJob):
     published: str | None = Field(description="file of the published values to print beside its own")
     reference: str | None = Field(description="identifier of the method that the others are compared with")
     left_out: dict[str, Reason] = Field(description="why something that looks like a scene is none, by its name")
+
+
+def _records(config: Config, *datasets: str) -> dict[str, Any]:
+    """Return which records a table or figure holds: those of these data sets, or of all that are evaluated."""
+    scenes = {name: tuple(config.datasets[name].scenes()) for name in datasets or config.evaluated}
+    return {"methods": config.methods, "scenes": scenes, "seeds": config.seeds}
 
 
 def _scene(config: Config, name: str) -> SceneJob:
@@ -132,7 +142,7 @@ def _runtime(config: Config, method: str) -> TimingSettings:
 
 
 def _runtime_table(config: Config, _: str) -> RowsJob:
-    return RowsJob(methods=config.methods, absent=choosing_elsewhere(config) | absent_methods(config))
+    return RowsJob(**_records(config), absent=choosing_elsewhere(config) | absent_methods(config))
 
 
 def _nvs_table(config: Config, dataset: str) -> TableJob:
@@ -140,11 +150,13 @@ def _nvs_table(config: Config, dataset: str) -> TableJob:
     published = None if name is None else f"results/published/{name}"
     reference, absent = config.report.reference, absent_methods(config)
     left_out = dict(config.datasets[dataset].left_out())
-    return TableJob(methods=config.methods, absent=absent, published=published, reference=reference, left_out=left_out)
+    return TableJob(
+        **_records(config, dataset), absent=absent, published=published, reference=reference, left_out=left_out
+    )
 
 
 def _ranking_table(config: Config, _: str) -> RowsJob:
-    return RowsJob(methods=config.methods, absent=choosing_elsewhere(config) | absent_methods(config))
+    return RowsJob(**_records(config), absent=choosing_elsewhere(config) | absent_methods(config))
 
 
 def _sensitivity_episode(config: Config, name: str) -> EpisodeSettings:
@@ -154,11 +166,13 @@ def _sensitivity_episode(config: Config, name: str) -> EpisodeSettings:
 
 def _sensitivity_table(config: Config, _: str) -> SensitivityJob:
     variants = () if config.sensitivity is None else tuple(config.sensitivity.variants)
-    return SensitivityJob(methods=studied_methods(config), absent=absent_methods(config), variants=variants)
+    return SensitivityJob(
+        **_records(config) | {"methods": studied_methods(config)}, absent=absent_methods(config), variants=variants
+    )
 
 
 def _psnr_over_views(config: Config, _: str) -> FigureJob:
-    return FigureJob(methods=config.methods)
+    return FigureJob(**_records(config))
 
 
 JOBS: dict[str, Callable[[Config, str], StrictModel]] = {
