@@ -101,10 +101,13 @@ def _niqe_fit(config: Config, _: str) -> FitSettings:
 
 
 def _episode(config: Config, method: str) -> EpisodeSettings:
+    protocol = protocol_of(config, method)
+    moments = ("additions", "views_per_step", "initial_views", "budget", "iterations")
     return EpisodeSettings(
         method=method,
         device=config.device,
-        protocol=protocol_of(config, method),
+        protocol=protocol,
+        own_schedule=any(getattr(protocol, name) != getattr(config.protocol, name) for name in moments),
         representation=config.representation,
         selector=config.selectors.get(method, {}),
     )

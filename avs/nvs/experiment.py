@@ -20,7 +20,7 @@ from avs.representations.base import Representation, RepresentationSettings
 from avs.scene.cameras import IndexArray
 from avs.scene.scene import Scene, read_scene
 from avs.selection import registry
-from avs.selection.contract import Method, PreparesRepresentation, Resources, Settings
+from avs.selection.contract import OWN_SCHEDULE, UNRANKED, Method, PreparesRepresentation, Resources, Settings
 from avs.selection.session import Builder
 from avs.system.errors import UserError
 from avs.system.files import file_hash
@@ -57,6 +57,8 @@ def run_episode(
     check_device(settings.device)
     scene = read_scene(scene_folder)
     method = registry.find(settings.method).method if views is None else _program(settings.protocol, scene, views)
+    if settings.own_schedule and method.group not in UNRANKED:  # the schedule by itself changes the result
+        method = dataclasses.replace(method, group=OWN_SCHEDULE)
     # A program reads its settings by itself; they are recorded as they are.
     checked = registry.create_settings(settings.method, settings.selector) if views is None else Settings()
     identity = Identity(

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from avs.nvs.record import CurvePoint, Episode
+from avs.selection.contract import OWN_SCHEDULE
 from avs.system.errors import UserError
 from avs.system.records import read_record
 
@@ -124,16 +125,17 @@ def image_mean(point: CurvePoint, metric: str) -> float | None:
 
 
 def differing_settings(episodes: Episodes) -> dict[str, list[tuple[str, str, str]]]:
-    """Return by method the settings of the loop that it has for itself: the name, its value, and that of most methods.
+    """Return by method the settings of the loop that it has for itself: the name, its value, and the common one.
 
     Methods without any are left out.
     """
     found: dict[str, list[tuple[str, str, str]]] = {}
+    firsts = {method: next(iter(cells.values())) for method, cells in episodes.cells.items() if cells}
+    elsewhere = {method for method, episode in firsts.items() if episode.group == OWN_SCHEDULE}
     for key in _OWN_SETTINGS:
-        values = {
-            method: next(iter(cells.values())).protocol.get(key) for method, cells in episodes.cells.items() if cells
-        }
-        usual = max(values.values(), key=lambda value: sum(value == other for other in values.values()))
+        values = {method: episode.protocol.get(key) for method, episode in firsts.items()}
+        common = [values[method] for method in values if method not in elsewhere] or list(values.values())
+        usual = max(common, key=common.count)
         for method, value in values.items():
             if value != usual:
                 found.setdefault(method, []).append((key, _plain(value), _plain(usual)))

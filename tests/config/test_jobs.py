@@ -84,3 +84,13 @@ def test_an_episode_under_a_variant_differs_in_what_the_variant_names_alone(conf
     density = own.representation.densification.model_copy(update={"max_gaussians": 12000})
     assert varied.representation == own.representation.model_copy(update={"densification": density})
     assert varied.model_copy(update={"representation": own.representation}) == own
+
+
+def test_a_method_whose_views_come_at_other_moments_is_told_so():
+    """By the configuration or by the method itself: its row has no rank, as equally many views are not equally fair."""
+    values = yaml.safe_load((ROOT / "workflows" / "config" / "trial.yaml").read_text())
+    values |= {"methods": ["random", "farthest", "fisherrf4"]}
+    values |= {"method_protocols": {"random": {"additions": [1, 2, 3, 4]}}}
+    config = load(values)
+    own = {method: settings_of(config, f"episode/{method}").own_schedule for method in config.methods}
+    assert own == {"random": True, "farthest": False, "fisherrf4": False}
