@@ -29,7 +29,8 @@ _DASHES = ((0, (5, 1.5)), (0, (1, 1.2)), (0, (4, 1.2, 1, 1.2)), (0, (3, 1, 1, 1,
 
 _MOST_COLUMNS = 3
 _PANEL_SIZE = (3.2, 4.0)  # inches
-_LEGEND_COLUMN = 1.35  # inches
+_LEGEND_LINE, _LEGEND_LETTER = 0.4, 0.048  # inches: a line with its margins, and a letter of its label
+_MOST_OF_BANDS = 4.0  # times the farthest curve from zero
 _STYLE: dict[Any, Any] = {
     "font.size": 8,
     "axes.titlesize": 8,
@@ -128,6 +129,11 @@ def _dress(upper: Axes, lower: Axes, panel: Panel, first: bool) -> None:
     lower.set_xlabel("captured views")
     if panel.over is not None:
         lower.set_title(f"band: {CONFIDENCE:.0%} interval over {panel.over}", loc="right", fontsize=6.5, pad=2)
+    # Of two seeds or scenes an interval can be ten times as wide as all curves together: it may leave the frame.
+    reach = max((abs(value) for curve in panel.curves for value in curve.difference), default=0.0)
+    low, high = lower.get_ylim()
+    if reach > 0:
+        lower.set_ylim(max(low, -_MOST_OF_BANDS * reach), min(high, _MOST_OF_BANDS * reach))
     lower.axhline(0.0, color="#999999", linewidth=0.6, zorder=1)
     lower.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 4, 5, 10]))
     if first:
@@ -142,7 +148,8 @@ def _legend(figure: Figure, entries: Sequence[tuple[str, dict[str, Any]]]) -> No
     handles: list[Line2D | Patch] = [Line2D([], [], label=label, **style) for label, style in entries]
     handles.append(Line2D([], [], marker="o", color="#999999", markersize=3, linestyle="", label="end of optimisation"))
     handles.append(Patch(color="#999999", alpha=0.3, linewidth=0, label=f"{CONFIDENCE:.0%} interval"))
-    columns = max(2, int(figure.get_figwidth() / _LEGEND_COLUMN))
+    longest = max(len(str(handle.get_label())) for handle in handles)
+    columns = max(1, int(figure.get_figwidth() / (_LEGEND_LINE + longest * _LEGEND_LETTER)))
     figure.legend(handles=handles, loc="outside lower center", ncols=min(columns, len(handles)))
 
 
