@@ -11,6 +11,15 @@ from avs.selection.choice import select_views
 from avs.selection.contract import State
 
 
+def with_one_bit_flipped(content):
+    """Yield ``content`` with one bit flipped, in each of its bytes in turn."""
+    generator = np.random.default_rng(0)
+    for place in range(len(content)):
+        changed = bytearray(content)
+        changed[place] ^= 1 << int(generator.integers(8))
+        yield bytes(changed)
+
+
 def ring(count, radius=3.0, size=(24, 16)):
     """Return cameras on a circle that look at the origin."""
     angles = 2 * np.pi * np.arange(count) / count

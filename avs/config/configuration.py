@@ -5,14 +5,14 @@
 
 from __future__ import annotations
 
-import difflib
 import functools
 import operator
 from collections.abc import Collection
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, cast
 
-from pydantic import BaseModel, Field, ValidationError, field_validator, model_validator
+from pydantic import Field, ValidationError, field_validator, model_validator
 
+from avs.config.configuration_faults import readable
 from avs.config.sensitivity_settings import SensitivitySettings, laid_over
 from avs.datasets.captures import Captures
 from avs.datasets.reader import Reader
@@ -27,7 +27,7 @@ from avs.representations import kinds
 from avs.representations.kinds import AnyRepresentationSettings
 from avs.selection import registry
 from avs.system.errors import UserError
-from avs.system.models import Different, Seed, StrictModel, first_fault
+from avs.system.models import Different, Seed, StrictModel
 
 ScorerName = Literal["repvit", "dinov2"]
 DataSetName = Annotated[str, Field(pattern=r"^[a-z0-9_]+$")]
@@ -162,7 +162,7 @@ def load(values: dict[str, Any], programs: Collection[str] = ()) -> Config:
     try:
         config = Config.model_validate(values)
     except ValidationError as error:
-        raise _readable(error) from None
+        raise readable(error, Config) from None
     _check_reference(config)
     for identifier in programs:
         registry.check_identifier(identifier, "workflows/baselines")
@@ -219,7 +219,7 @@ def protocol_of(config: Config, method: str) -> ProtocolSettings:
     try:
         return protocol_of_method(config.protocol, batches, config.method_protocols.get(method, {}))
     except ValidationError as error:
-        raise _readable(error, "method_protocols", method) from None
+        raise readable(error, Config, "method_protocols", method) from None
 
 
 def variant_of(config: Config, variant: str) -> Config:
@@ -238,7 +238,7 @@ def variant_of(config: Config, variant: str) -> Config:
     try:
         changed = _Varied.model_validate(values)
     except ValidationError as error:
-        raise _readable(error, *parents) from None
+        raise readable(error, Config, *parents) from None
     for name in ("kind", "background"):
         if getattr(changed.representation, name, None) != getattr(config.representation, name, None):
             subject = f"configuration: {'.'.join(parents)}.representation.{name}"
@@ -298,33 +298,3 @@ def _check_reference(config: Config) -> None:
 def scorer_of(config: Config, name: str) -> ScorerSettings:
     """Return the settings of the scorer called ``name``, which the configuration trains."""
     return config.scorers[cast(ScorerName, name)]
-
-
-def _readable(error: ValidationError, *parents: str) -> UserError:
-    """Return the first fault of a validation as one line; ``parents`` are the keys above the validated part."""
-    first = error.errors()[0]
-    place, fault = first_fault(error, *parents)
-    if first["loc"][:1] == ("datasets",):  # behind the name of a data set, pydantic puts that of its reader
-        place = ".".join(str(key) for depth, key in enumerate(first["loc"]) if depth != 2)
-    subject = f"configuration: {place}" if place else "configuration"
-    if first["type"] == "union_tag_invalid":
-        return UserError(subject, *_unknown(first["ctx"]["tag"], "source", readers()))
-    if first["type"] == "union_tag_not_found":
-        return UserError(subject, "names no source", f"add source: {' or '.join(readers())}")
-    if first["type"] != "extra_forbidden":
-        return UserError(subject, fault, "correct the value")
-    return UserError(subject, *_unknown(str(first["loc"][-1]), "key", _all_keys(Config)))
-
-
-def _unknown(word: str, kind: str, known: Collection[str]) -> tuple[str, str]:
-    """Return the fault and the remedy of a word that is not known."""
-    near = difflib.get_close_matches(word, sorted(known), n=1)
-    return f"unknown {kind}", f"did you mean {near[0]}?" if near else "remove it"
-
-
-def _all_keys(model: type[BaseModel]) -> set[str]:
-    """Return the names of all fields of ``model`` and of the models inside it."""
-    names = set(model.model_fields)
-    for definition in model.model_json_schema().get("$defs", {}).values():
-        names.update(definition.get("properties", {}))
-    return names

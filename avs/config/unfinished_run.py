@@ -42,7 +42,7 @@ def unfinished(plan: RunPlan) -> UnfinishedRun:
 
 def _wanted_sensitivity(plan: RunPlan) -> Iterator[WantedSensitivity]:
     """Yield the sensitivity tables that the run makes with the others, and those that have been begun."""
-    told, methods = plan.config.sensitivity, studied_methods(plan.config)
+    told, methods, absent = plan.config.sensitivity, studied_methods(plan.config), absent_methods(plan.config)
     if told is None:
         return
     for dataset, scenes in plan.studied.items():
@@ -50,7 +50,7 @@ def _wanted_sensitivity(plan: RunPlan) -> Iterator[WantedSensitivity]:
             name: tuple(
                 _studied_episode(plan, name, method, dataset, scene, seed)
                 for method in methods
-                if method not in absent_methods(plan.config)
+                if method not in absent
                 for scene in scenes
                 for seed in told.seeds or plan.config.seeds
             )

@@ -8,13 +8,10 @@ import hashlib
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from avs.system.files import file_hash
+from avs.system.files import SMALL, file_hash
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("avs", "metrics")
-
-_SMALL = 1_000_000
-"""Bytes up to which a file is known by its content; a larger one by its size and time."""
 
 
 def sources(*modules: str) -> list[str]:
@@ -43,8 +40,8 @@ def stamp(paths: Iterable[str]) -> str:
     """Return a digest of files that no job makes, by which a change is seen whatever their times.
 
     Snakemake compares times: a file that an older one replaces, as ``cp -p``, ``mv`` or ``rsync -a`` leave it, is not
-    newer than what was made from the one before.
-    Nor is one that was edited while a job ran.
+    newer than what was made from the one before, nor is one that was edited while a job ran. A file of more than
+    ``SMALL`` bytes is known by its size and time.
     """
     found = sorted(set(paths))
     told = "\n".join(f"{path} {_stamp(path)}" for path in found)
@@ -55,7 +52,7 @@ def stamp(paths: Iterable[str]) -> str:
 def _stamp(path: str) -> str:
     try:
         status = Path(path).stat()
-        return file_hash(path) if status.st_size <= _SMALL else f"{status.st_size} {status.st_mtime_ns}"
+        return file_hash(path) if status.st_size <= SMALL else f"{status.st_size} {status.st_mtime_ns}"
     except OSError:
         return "absent"
 

@@ -28,6 +28,9 @@ _REMEDIES = {
 }
 
 
+SMALL = 1_000_000
+"""Bytes up to which a file is hashed at every look; a larger one is judged by its size and times first."""
+
 _touched: list[Path] = []
 
 

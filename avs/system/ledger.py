@@ -11,13 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from avs.system.checksums import checksum_lines, read_checksums
-from avs.system.files import atomic_path, file_hash
+from avs.system.files import SMALL, atomic_path, file_hash
 
 SUFFIX = ".sha256"
 SOURCES = ".sources"
-
-_SMALL = 1_000_000
-"""Bytes up to which a file is hashed at every look; larger ones where a time is later than the list's."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +78,7 @@ def _is_outdated(sources: Path) -> bool:
 def _is_changed(path: Path, told: str, since: int) -> bool:
     """Return whether a file has another hash than ``told`` at the time ``since``, in nanoseconds."""
     status = path.stat()
-    if status.st_size > _SMALL and max(status.st_mtime_ns, status.st_ctime_ns) <= since:
+    if status.st_size > SMALL and max(status.st_mtime_ns, status.st_ctime_ns) <= since:
         return False
     return file_hash(path) != told
 

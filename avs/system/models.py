@@ -23,9 +23,10 @@ def _different(values: tuple[Any, ...]) -> tuple[Any, ...]:
 Different = AfterValidator(_different)
 """Annotation of a field whose items are all different."""
 
-Color = tuple[
-    Annotated[float, Field(ge=0, le=1)], Annotated[float, Field(ge=0, le=1)], Annotated[float, Field(ge=0, le=1)]
-]
+Share = Annotated[float, Field(ge=0, le=1)]
+"""A number in 0..1."""
+
+Color = tuple[Share, Share, Share]
 """Red, green and blue."""
 
 Seed = Annotated[int, Field(ge=0, lt=2**32)]

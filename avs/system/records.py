@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from pydantic import BaseModel, ValidationError
 
@@ -18,6 +18,8 @@ RecordType = TypeVar("RecordType", bound=BaseModel)
 DIGEST = "digest"
 """The key of a record that holds the SHA-256 of all the others, as canonical JSON."""
 
+_REMEDY = "delete it and run again"
+
 CHANGED = "was changed after it was written"
 """The fault of a file that is not as the job wrote it that makes it."""
 
@@ -25,7 +27,7 @@ CHANGED = "was changed after it was written"
 def record_text(record: BaseModel) -> str:
     """Return what ``write_record`` writes: canonical JSON, with the digest of all that it says."""
     values = json.loads(record.model_dump_json())
-    return canonical_json(values | {DIGEST: _digest(values)})
+    return canonical_json(values | {DIGEST: _digest(canonical_json(values))})
 
 
 def write_record(path: Path, record: BaseModel) -> None:
@@ -33,9 +35,7 @@ def write_record(path: Path, record: BaseModel) -> None:
     write_text(path, record_text(record))
 
 
-def read_record(
-    path: Path, kind: type[RecordType], remedy: str = "delete it and run again", *, edited: bool = False
-) -> RecordType:
+def read_record(path: Path, kind: type[RecordType], remedy: str = _REMEDY, *, edited: bool = False) -> RecordType:
     """Read and check a record.
 
     Args:
@@ -47,22 +47,10 @@ def read_record(
     Raises:
         UserError: the file is missing, is not JSON, does not follow the schema, or is not as it was written.
     """
-    try:
-        content = Path(path).read_bytes()
-    except OSError as error:
-        raise UserError(path, error.strerror or "cannot be read", "run the job that makes it again") from error
-    try:
-        values = json.loads(content)
-        digest = values.pop(DIGEST, None)
-        text = canonical_json(values)
-        if not edited and digest != _digest(values):
-            fault = "its digest is missing" if digest is None else CHANGED
-            raise UserError(path, fault, remedy)
-        return kind.model_validate_json(text)
-    except ValidationError as error:
-        raise UserError(path, ": ".join(filter(None, first_fault(error))), remedy) from error
-    except (ValueError, AttributeError, TypeError, RecursionError) as error:
-        raise UserError(path, f"is not a JSON object ({str(error)[:100]})", remedy) from error
+    text, digest = _content(path, remedy)
+    if not edited and digest != _digest(text):
+        raise UserError(path, "its digest is missing" if digest is None else CHANGED, remedy)
+    return _validated(path, kind, text, remedy)
 
 
 def read_settings(path: Path, kind: type[RecordType]) -> RecordType:
@@ -71,11 +59,33 @@ def read_settings(path: Path, kind: type[RecordType]) -> RecordType:
     Raises:
         UserError: the file is missing, is not JSON, does not follow the schema, or is not as it was written.
     """
-    told = read_record(path, kind, edited=True)
-    if DIGEST in json.loads(Path(path).read_bytes()):
-        read_record(path, kind, "delete it and run again, or remove its digest if the change was on purpose")
+    text, digest = _content(path, _REMEDY)
+    told = _validated(path, kind, text, _REMEDY)
+    if digest is not None and digest != _digest(text):
+        raise UserError(path, CHANGED, f"{_REMEDY}, or remove its digest if the change was on purpose")
     return told
 
 
-def _digest(values: dict[str, Any]) -> str:
-    return hashlib.sha256(canonical_json(values).encode()).hexdigest()
+def _content(path: Path, remedy: str) -> tuple[str, object]:
+    """Return what a record says, as canonical JSON, and the digest that it carries, or None."""
+    try:
+        content = Path(path).read_bytes()
+    except OSError as error:
+        raise UserError(path, error.strerror or "cannot be read", "run the job that makes it again") from error
+    try:
+        values = json.loads(content)
+        digest = values.pop(DIGEST, None)
+        return canonical_json(values), digest
+    except (ValueError, AttributeError, TypeError, RecursionError) as error:
+        raise UserError(path, f"is not a JSON object ({str(error)[:100]})", remedy) from error
+
+
+def _validated(path: Path, kind: type[RecordType], text: str, remedy: str) -> RecordType:
+    try:
+        return kind.model_validate_json(text)
+    except ValidationError as error:
+        raise UserError(path, ": ".join(filter(None, first_fault(error))), remedy) from error
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()

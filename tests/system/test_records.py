@@ -2,8 +2,8 @@
 
 import json
 
-import numpy as np
 import pytest
+from factories import with_one_bit_flipped
 
 from avs.system.errors import UserError
 from avs.system.models import StrictModel
@@ -36,11 +36,7 @@ def test_no_value_of_a_record_can_change_unseen(tmp_path):
     """A flipped bit gives a fault, or, in white space and in the spelling of an escape, the same record."""
     path = tmp_path / "record.json"
     write_record(path, RECORD)
-    content = path.read_bytes()
-    generator = np.random.default_rng(0)
-    for place in range(len(content)):
-        changed = bytearray(content)
-        changed[place] ^= 1 << int(generator.integers(8))
+    for changed in with_one_bit_flipped(path.read_bytes()):
         path.write_bytes(changed)
         assert read_or_fault(path) in (RECORD, None)
 

@@ -7,6 +7,7 @@ import pytest
 import safetensors
 import safetensors.torch
 import torch
+from factories import with_one_bit_flipped
 
 from avs.system.errors import UserError
 from avs.system.files import canonical_json
@@ -48,10 +49,7 @@ def test_no_bit_of_a_file_can_change_unseen(tmp_path):
     path = tmp_path / "file.safetensors"
     write_tensors(path, {"values": np.arange(6.0)}, "header", {"a": [1], "note": "x"})
     content = path.read_bytes()
-    generator = np.random.default_rng(0)
-    for place in range(len(content)):
-        changed = bytearray(content)
-        changed[place] ^= 1 << int(generator.integers(8))
+    for changed in with_one_bit_flipped(content):
         path.write_bytes(changed)
         with pytest.raises(UserError, match="remedy"):
             read_tensors(path, "header", "remedy")

@@ -70,7 +70,8 @@ def check_results():
         again.add(
             min(expected)
         )  # a job must run for what is set aside before the first
-    told = {str(path) for path in [*again, *outdated_settings()]}
+    outdated = outdated_settings()
+    told = {str(path) for path in [*again, *outdated]}
     incomplete = PersistenceBase.incomplete
 
     async def incomplete_too(self, job):
@@ -83,7 +84,7 @@ def check_results():
         return [*await incomplete(self, job), *files]
 
     PersistenceBase.incomplete = incomplete_too
-    return damage, outside
+    return damage, outside, outdated
 
 
 def set_outdated_aside():
@@ -95,11 +96,13 @@ def set_outdated_aside():
     for path in sorted(path for path in OUTSIDE if path.is_file()):
         set_aside(path, "is of no table of this configuration")
     outputs = {Path(path) for job in workflow.dag.needrun_jobs() for path in job.output}
-    outdated = outdated_sensitivity(set(map(str, outputs)), outdated_settings())
+    outdated = outdated_sensitivity(set(map(str, outputs)), OUTDATED)
     for path in sorted(
         path for path in outputs | outdated if path.parent in SHOWN and path.is_file()
     ):
         set_aside(path, "is of an earlier run")
 
 
-DAMAGE, OUTSIDE = check_results() if workflow.is_main_process else ([], set())
+DAMAGE, OUTSIDE, OUTDATED = (
+    check_results() if workflow.is_main_process else ([], set(), [])
+)
