@@ -234,5 +234,6 @@ def test_real_photographs(name, shared_scenes, tmp_path):
         camera = {"model": "PINHOLE", "params": scene.cameras.intrinsics[index][(0, 1, 0, 1), (0, 1, 2, 2)]}
         ratio = scene.cameras.sizes[index] / [image.camera.width, image.camera.height]
         seen = np.array([keypoint.xy for keypoint in keypoints]) * ratio
-        errors.append(np.linalg.norm(project(scene.cameras.world_to_camera[index], camera, positions) - seen, axis=1))
+        landed = project(scene.cameras.world_to_camera[index], camera, scene.to_capture.points_back(positions))
+        errors.append(np.linalg.norm(landed - seen, axis=1))
     assert np.median(np.concatenate(errors)) < tolerances.REAL_REPROJECTION
