@@ -13,7 +13,7 @@ FLOORS = (
     ("avs.selection",),
     ("avs.iqa",),
     ("avs.selectors",),
-    ("avs.nvs",),
+    ("avs.nvs", "avs.sfm"),
     ("avs.report",),
     ("avs.config",),
     ("avs.commands",),

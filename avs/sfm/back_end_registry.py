@@ -1,0 +1,132 @@
+"""Back ends, found by name: the modules of ``avs.sfm.back_ends`` that have a ``BACK_END``."""
+
+from __future__ import annotations
+
+import difflib
+import functools
+import importlib
+import importlib.util
+import pkgutil
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Annotated, Any, cast
+
+from pydantic import GetCoreSchemaHandler, ValidationError
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from avs.scene.views import Views
+from avs.sfm.reconstruction import BackEnd, BackEndSettings, Reconstruct, Reconstruction, check_views
+from avs.system.errors import UserError
+from avs.system.models import first_fault
+from avs.system.reasons import Reason
+
+PACKAGE = "avs.sfm.back_ends"
+"""The package whose modules are searched."""
+
+DEFAULT = "dense"
+"""The back end of settings that name none."""
+
+
+@functools.cache
+def back_ends() -> Mapping[str, BackEnd]:
+    """Return every back end by name, in the order of names; none of their packages is imported."""
+    package = importlib.import_module(PACKAGE)
+    names = sorted(module.name for module in pkgutil.iter_modules(package.__path__))
+    found = {name: getattr(importlib.import_module(f"{PACKAGE}.{name}"), "BACK_END", None) for name in names}
+    return MappingProxyType({name: value for name, value in found.items() if isinstance(value, BackEnd)})
+
+
+def find(name: str) -> BackEnd:
+    """Return the back end called ``name``.
+
+    Raises:
+        UserError: there is none; the line lists near names.
+    """
+    if name not in back_ends():
+        raise UserError(f"back end {name!r} of structure from motion", "unknown", f"did you mean {_near(name)}?")
+    return back_ends()[name]
+
+
+def why_not(name: str) -> Reason | None:
+    """Return which package a back end lacks here and what helps, or None if it can run; nothing is imported.
+
+    Raises:
+        UserError: there is no back end of that name.
+    """
+    for module, remedy in find(name).packages.items():
+        if not _is_installed(module):
+            return Reason(cause=f"{module} is not installed", remedy=remedy)
+    return None
+
+
+def reconstruct(views: Views, settings: BackEndSettings, subject: object, device: str = "cpu") -> Reconstruction:
+    """Return the cloud of ``views`` by the back end of ``settings``; equal arguments give equal bytes.
+
+    A subset of views that does not register is a result: its cloud is empty and ``left_out`` says why.
+
+    Args:
+        views: at least two, each name once.
+        settings: of the back end.
+        subject: what errors name, such as the episode that chose the views.
+        device: ``cpu`` or ``cuda``, for networks.
+
+    Raises:
+        UserError: the views cannot be reconstructed by anything, or the back end is not installed here.
+    """
+    check_views(views, subject)
+    lacking = why_not(settings.back_end)
+    if lacking is not None:
+        raise UserError(f"back end {settings.back_end}", lacking.cause, lacking.remedy or "install it")
+    module, _, function = find(settings.back_end).reconstruct.partition(":")
+    run = cast(Reconstruct, getattr(importlib.import_module(module), function))
+    return run(views, settings, device)
+
+
+def create_settings(values: Mapping[str, Any]) -> BackEndSettings:
+    """Return settings, checked and completed by the defaults of their ``back_end``.
+
+    Raises:
+        UserError: the back end or a setting is unknown, or a value does not fit.
+    """
+    try:
+        return _checked(values)
+    except ValidationError as error:
+        place, fault = first_fault(error, "sfm")
+        raise UserError(f"configuration: {place}", fault, "correct the value") from None
+
+
+def _checked(values: object) -> BackEndSettings:
+    """Return ``values`` as the settings of their back end; raise a ``ValidationError`` that names their keys alone."""
+    if isinstance(values, BackEndSettings):
+        return values
+    name = values.get("back_end", DEFAULT) if isinstance(values, Mapping) else DEFAULT
+    if name in list(back_ends()):
+        return back_ends()[name].settings.model_validate(values)
+    context = {"name": repr(name), "near": _near(name)}
+    fault = PydanticCustomError("unknown_back_end", "{name} is no back end, did you mean {near}?", context)
+    raise ValidationError.from_exception_data("sfm", [{"type": fault, "loc": ("back_end",), "input": name}]) from None
+
+
+def _is_installed(module: str) -> bool:
+    try:
+        return importlib.util.find_spec(module) is not None
+    except (ImportError, ValueError):  # a parent package is missing or broken
+        return False
+
+
+def _near(name: object) -> str:
+    return ", ".join(difflib.get_close_matches(str(name), back_ends(), n=3) or back_ends())
+
+
+class _UnionOfBackEnds:
+    """Annotation of a field that takes the settings of any back end; its JSON schema lists all of them."""
+
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Check by ``_checked``: a union of pydantic's own would name the back end as if it were one of the keys."""
+        choices = {name: handler.generate_schema(found.settings) for name, found in back_ends().items()}
+        union = core_schema.tagged_union_schema(choices, discriminator="back_end")
+        return core_schema.no_info_wrap_validator_function(lambda values, _: _checked(values), union)
+
+
+AnyBackEndSettings = Annotated[BackEndSettings, _UnionOfBackEnds()]
+"""Settings of the back end that their field ``back_end`` names; ``DEFAULT`` where there is no such field."""
