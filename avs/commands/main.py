@@ -9,17 +9,31 @@ from __future__ import annotations
 import gc
 import io
 import sys
+from typing import Annotated
 
 import typer
 
 from avs.commands import common, data, metric_parameters, nvs, report, runtime, scorer, sensitivity, weights
 from avs.system.compatibility import prepare_environment
-from avs.system.job_process import die_with_parent
+from avs.system.job_process import die_with_parent, remember_sources
 
 HELP = "Active view selection. One command per rule of the workflow, of the same name; every path is an argument."
 STAGES = (common, data, scorer, metric_parameters, nvs, runtime, sensitivity, report)
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False, help=HELP)
+
+
+@app.callback()
+def sources(
+    made_of: Annotated[
+        str | None, typer.Option(help="tells of the files that a job reads and no job makes; kept beside its log")
+    ] = None,
+) -> None:
+    """Take what holds for every command."""
+    if made_of is not None:
+        remember_sources(made_of)
+
+
 for stage in STAGES:
     app.add_typer(stage.commands)
 app.add_typer(weights.commands, name="weights")

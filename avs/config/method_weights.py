@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from avs.config.configuration import Config, scorer_of
+from avs.iqa.cross_reference.backbone_weights import locate_weights
 from avs.iqa.cross_reference.published_weights import published_weights
 from avs.selection import registry
 from avs.system import weights
@@ -55,6 +56,27 @@ def weights_of(config: Config, identifier: str) -> Path | Made | Absent | None:
     if method.fallback is not None and config.distortions is not None:
         return Made("niqe_fit", method.fallback)
     return Absent(reason)
+
+
+def files_read(config: Config, identifier: str, *, evaluated: bool) -> tuple[Path, ...]:
+    """Return the downloaded weights on this machine that a method reads beside what it gets, so that a change is seen.
+
+    Args:
+        config: of the run.
+        identifier: of the method.
+        evaluated: whether test metrics are computed too, LPIPS by its published backbone.
+    """
+    own = () if is_program(identifier) else registry.find(identifier).method.pretrained
+    names = [*own, *([f"lpips-{config.protocol.lpips.net}"] if evaluated else [])]
+    return tuple(path for name in names if (path := weights.locate(name)) is not None)
+
+
+def backbone_read(config: Config, scorer: str) -> Path | None:
+    """Return the file of pretrained weights that the training of a scorer begins with, or None for random ones."""
+    settings = scorer_of(config, scorer)
+    if settings.training.backbone_weights == "scratch":
+        return None
+    return locate_weights(settings.network.backbone, settings.training.backbone_tag)
 
 
 def absent_methods(config: Config) -> dict[str, Reason]:

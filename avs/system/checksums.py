@@ -26,7 +26,8 @@ def read_checksums(path: Path) -> dict[str, str]:
         OSError: the list cannot be read.
     """
     lines = path.read_text(encoding="utf-8", errors="surrogateescape").splitlines()
-    return {line[_HASH_LENGTH + 2 :]: line[:_HASH_LENGTH] for line in lines if len(line) > _HASH_LENGTH + 2}
+    told = (line for line in lines if len(line) > _HASH_LENGTH + 2 and not line.startswith("#"))
+    return {line[_HASH_LENGTH + 2 :]: line[:_HASH_LENGTH] for line in told}
 
 
 def check_listed(path: Path, remedy: str) -> None:

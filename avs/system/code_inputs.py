@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import functools
 import hashlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from avs.system.files import SMALL, file_hash
@@ -46,6 +46,19 @@ def stamp(paths: Iterable[str]) -> str:
     found = sorted(set(paths))
     told = "\n".join(f"{path} {_stamp(path)}" for path in found)
     return hashlib.sha256(told.encode(errors="surrogateescape")).hexdigest()
+
+
+def stamp_of_inputs(results: str) -> Callable[[object, Iterable[str]], str]:
+    """Return the function that a rule takes for a parameter: the ``stamp`` of its inputs outside of a folder.
+
+    Args:
+        results: the folder that jobs write to; what lies in it is known by the jobs' own lists.
+    """
+
+    def made_of(wildcards: object, input: Iterable[str]) -> str:
+        return stamp(path for path in map(str, input) if not path.startswith(f"{results}/"))
+
+    return made_of
 
 
 @functools.cache

@@ -19,6 +19,8 @@ from avs.system.ledger import write_ledger
 
 _PR_SET_PDEATHSIG = 1
 
+_made_of: list[str] = []  # what this process was told of the files that its job reads and that no job makes
+
 
 def die_with_parent() -> None:
     """Ask Linux to kill this process when its parent dies, so that no job outlives a killed run and goes on writing."""
@@ -28,6 +30,11 @@ def die_with_parent() -> None:
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != parent:  # the parent died before the request took effect
         os.kill(os.getpid(), signal.SIGKILL)
+
+
+def remember_sources(stamp: str) -> None:
+    """Keep what the workflow tells of the files that no job makes, for the list of what this process writes."""
+    _made_of[:] = [stamp]
 
 
 class Console:
@@ -75,7 +82,7 @@ def job(log: Path | None) -> Iterator[Console]:
             aside = error_stream
         yield console
         if log is not None:
-            write_ledger(log, touched()[earlier:])
+            write_ledger(log, touched()[earlier:], *_made_of)
     except BaseException as error:
         console.close()
         _end(error, aside)

@@ -14,7 +14,7 @@ from avs.system.checksums import checksum_lines, read_checksums
 from avs.system.files import SMALL, atomic_path, file_hash
 
 SUFFIX = ".sha256"
-SOURCES = ".sources"
+_MADE_OF = "# made of "  # sha256sum passes over lines that begin so
 
 
 @dataclass(frozen=True)
@@ -32,13 +32,35 @@ class Damage:
     left: tuple[Path, ...]
 
 
-def write_ledger(log: Path, written: Iterable[Path]) -> None:
-    """List what a job has written, beside its ``log``; files that it removed again are left out."""
+def ledger_of(log: Path) -> Path:
+    """Return the path of the list of the job that writes to ``log``."""
+    return log.with_name(f"{log.name}{SUFFIX}")
+
+
+def write_ledger(log: Path, written: Iterable[Path], made_of: str | None = None) -> None:
+    """List what a job has written, beside its ``log``; files that it removed again are left out.
+
+    Args:
+        log: of the job.
+        written: all files that it wrote.
+        made_of: tells of the files that no job makes and that it read: the ``stamp`` of ``avs.system.code_inputs``.
+    """
     here = Path.cwd()
     paths = sorted({path.absolute() for path in written if path.is_file()})
     told = [path.relative_to(here) if path.is_relative_to(here) else path for path in paths]
-    with atomic_path(log.with_suffix(SUFFIX), listed=False) as temporary:
-        temporary.write_text(checksum_lines(told), encoding="utf-8", errors="surrogateescape")
+    first = "" if made_of is None else f"{_MADE_OF}{made_of}\n"
+    with atomic_path(ledger_of(log), listed=False) as temporary:
+        temporary.write_text(first + checksum_lines(told), encoding="utf-8", errors="surrogateescape")
+
+
+def made_of(log: Path) -> str | None:
+    """Return what the job that wrote to ``log`` was told of its sources, or None where no list says so."""
+    try:
+        with open(ledger_of(log), encoding="utf-8", errors="surrogateescape") as stream:
+            first = stream.readline()
+    except OSError:
+        return None
+    return first.removeprefix(_MADE_OF).strip() if first.startswith(_MADE_OF) else None
 
 
 def find_damage(folder: Path) -> list[Damage]:
@@ -60,19 +82,9 @@ def _check(ledger: Path) -> Damage | None:
     paths = [Path(path) for path in listed]
     there = [path for path in paths if path.is_file()]
     changed = [path for path in there if _is_changed(path, listed[str(path)], since)]
-    if not there or (len(there) == len(paths) and not changed and not _is_outdated(ledger.with_suffix(SOURCES))):
+    if not there or (len(there) == len(paths) and not changed):
         return None
     return Damage(tuple(changed), _without(paths, there), _without(there, changed))
-
-
-def _is_outdated(sources: Path) -> bool:
-    """Return whether a program that lists what it is made of beside its log has changed since."""
-    try:
-        return any(
-            not Path(path).is_file() or file_hash(path) != told for path, told in read_checksums(sources).items()
-        )
-    except OSError:
-        return False
 
 
 def _is_changed(path: Path, told: str, since: int) -> bool:

@@ -7,10 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from avs.system.checksums import checksum_lines
 from avs.system.files import write_text
 from avs.system.job_process import job
-from avs.system.ledger import Damage, find_damage
+from avs.system.ledger import find_damage, made_of, write_ledger
 
 LARGE = "x" * 1_100_000
 
@@ -45,15 +44,15 @@ def _job(*arguments):
 
 def test_a_finished_job_is_listed_as_sha256sum_lists_it(results):
     assert find_damage(results / "logs") == []
-    lines = (results / "logs/job.sha256").read_text().splitlines()
+    lines = (results / "logs/job.log.sha256").read_text().splitlines()
     assert [line[66:] for line in lines] == ["out/folder/image", "out/splats.ply", "out/table.md"]
-    subprocess.run(["sha256sum", "--check", "--quiet", "logs/job.sha256"], check=True)
+    subprocess.run(["sha256sum", "--check", "--quiet", "logs/job.log.sha256"], check=True)
 
 
 def test_a_failed_job_lists_nothing(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     _job("fail")
-    assert not (tmp_path / "logs/job.sha256").exists()
+    assert not (tmp_path / "logs/job.log.sha256").exists()
 
 
 @pytest.mark.parametrize("name", ["out/table.md", "out/splats.ply", "out/folder/image"])
@@ -85,7 +84,7 @@ def test_a_lacking_file_is_found_while_others_are_left(results):
 
 
 def test_a_damaged_list_says_nothing(results):
-    (results / "logs/job.sha256").write_bytes(b"\xff\x00 nonsense")
+    (results / "logs/job.log.sha256").write_bytes(b"\xff\x00 nonsense")
     assert find_damage(results / "logs") == []
 
 
@@ -99,18 +98,16 @@ def test_a_job_lists_its_own_files_alone(tmp_path, monkeypatch):
     finally:
         for stream, number in zip(streams, (1, 2), strict=True):
             os.dup2(stream, number)
-    assert [line[66:] for line in (tmp_path / "job.sha256").read_text().splitlines()] == ["own"]
+    assert [line[66:] for line in (tmp_path / "job.log.sha256").read_text().splitlines()] == ["own"]
 
 
-def test_what_a_changed_program_wrote_is_made_again(tmp_path, monkeypatch):
+def test_a_list_tells_what_its_job_was_made_of_in_a_line_that_sha256sum_passes_over(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    for name in ("program.py", "views.json"):
-        Path(name).write_text("1")
-    Path("logs").mkdir()
-    Path("logs/views.log.sha256").write_text(checksum_lines([Path("views.json")]))
-    Path("logs/views.log.sources").write_text(checksum_lines([Path("program.py")]))
-    assert find_damage(Path("logs")) == []
-    Path("program.py").write_text("2")
-    os.utime("program.py", (1, 1))
-    (damage,) = find_damage(Path("logs"))
-    assert damage == Damage((), (), (Path("views.json"),))
+    write_text("out", "written")
+    assert made_of(Path("job.log")) is None
+    write_ledger(Path("job.log"), [Path("out")], "a stamp")
+    assert made_of(Path("job.log")) == "a stamp"
+    assert find_damage(tmp_path) == []
+    subprocess.run(["sha256sum", "--check", "--strict", "--quiet", "job.log.sha256"], check=True)
+    write_ledger(Path("job.log"), [Path("out")])
+    assert made_of(Path("job.log")) is None

@@ -16,13 +16,17 @@ EPISODE = f"{RESULTS}/episodes/orbit/orbit_0/random/0/episode.json"
 SHOWN = {"nvs_table", "psnr_over_views"}
 
 
-@pytest.fixture
-def copied(finished, tmp_path):
-    """A copy of the finished run."""
-    folder = checkout(tmp_path / "copied")
+def copy_of(finished, folder, **options):
+    checkout(folder, **options)
     for name in ("results/tiny", ".snakemake"):
         shutil.copytree(finished / name, folder / name)
     return folder
+
+
+@pytest.fixture
+def copied(finished, tmp_path):
+    """A copy of the finished run."""
+    return copy_of(finished, tmp_path / "copied")
 
 
 def planned(folder):
@@ -58,7 +62,8 @@ def change(path):
         (f"{RESULTS}/episodes", shutil.rmtree, {"episode"} | SHOWN),
         (f"{RESULTS}/settings/episode/random.json", change, {"settings", "episode"} | SHOWN),
         (f"{RESULTS}/scenes", shutil.rmtree, {"scene", "episode", "common_states", "ranking_table"} | SHOWN),
-        (f"{RESULTS}/logs", shutil.rmtree, set()),
+        (f"{RESULTS}/logs", shutil.rmtree, {"scene", "episode", "common_states", "ranking_table"} | SHOWN),
+        (".snakemake", shutil.rmtree, set()),
     ],
 )
 def test_damage_is_planned_anew_and_a_dry_run_changes_nothing(copied, name, act, rules):
@@ -67,6 +72,32 @@ def test_damage_is_planned_anew_and_a_dry_run_changes_nothing(copied, name, act,
     told, _ = planned(copied)
     assert told == rules
     assert {path: path.stat().st_mtime_ns for path in (copied / RESULTS).rglob("*")} == before
+
+
+def test_sources_and_weights_that_change_are_seen_without_what_snakemake_keeps(finished, tmp_path, monkeypatch):
+    """Other code of a table under an old time, then LPIPS's backbone where there was none."""
+    copied = copy_of(finished, tmp_path / "copied", linked=("metrics",))
+    shutil.rmtree(copied / ".snakemake")
+    source = copied / "avs/report/tables/view_synthesis.py"
+    content = source.read_text()
+    source.write_text(content + "# another line\n")
+    os.utime(source, (1, 1))
+    assert planned(copied)[0] == {"nvs_table"}
+    source.write_text(content)
+    os.utime(source, (1, 1))
+    monkeypatch.setenv("AVS_WEIGHTS", str(copied / "weights"))
+    assert planned(copied)[0] == set()
+    backbone = copied / "weights/torchvision/vgg16-397923af.pth"
+    backbone.parent.mkdir(parents=True)
+    backbone.write_text("weights")
+    os.utime(backbone, (1, 1))
+    assert planned(copied)[0] == {"episode"} | SHOWN
+
+
+def test_results_without_lists_are_told_of_once(copied):
+    shutil.rmtree(copied / RESULTS / "logs")
+    told = planned(copied)[1]
+    assert told.count("no list beside it") == 1
 
 
 def test_a_changed_table_is_set_aside_and_made_again(finished, copied):

@@ -10,7 +10,7 @@ from avs.config.jobs import settings_of
 from avs.config.method_weights import Made, absent_methods, weights_of
 from avs.representations import kinds
 from avs.selection import registry
-from avs.system.code_inputs import sources, stamp
+from avs.system.code_inputs import sources, stamp_of_inputs
 from avs.system.errors import UserError
 from avs.system.records import record_text
 
@@ -31,6 +31,10 @@ REPRESENTATION = kinds.find(settings.representation.kind)
 
 RESULTS = f"results/{settings.scale}"
 LOGS = f"{RESULTS}/logs"
+
+# Tells of a change in the files that a job reads and that no job makes, whatever their times: a parameter of each rule,
+# which the job keeps in the list beside its log (see integrity.smk).
+made_of = stamp_of_inputs(RESULTS)
 
 # No episode is asked for of a method that cannot run here; its row in the tables says why.
 ABSENT = absent_methods(settings)
@@ -55,17 +59,6 @@ wildcard_constraints:
 def settings_text(wildcards):
     """Return the text of a settings file: what the jobs that read it are told. Equal settings are equal text."""
     return record_text(settings_of(settings, wildcards.job)).strip()
-
-
-def stamp_of(files):
-    """Return what tells of a change in files that no job makes, whatever their times: a parameter of each rule.
-
-    Snakemake forgets parameters that are made from the inputs; so this takes what the inputs are made from.
-
-    Args:
-        files: paths, or a function of the wildcards that returns them.
-    """
-    return lambda wildcards: stamp(files(wildcards) if callable(files) else files)
 
 
 def repeated(option, paths):

@@ -27,11 +27,6 @@ def scene_files(wildcards):
     return [str(path) for path in scene_settings(wildcards).files()]
 
 
-def scene_made_of(wildcards):
-    """Return all files that no job makes and that a scene is made from."""
-    return scene_files(wildcards) + scene_code(wildcards)
-
-
 def scene_code(wildcards):
     """Return the source files of the reader that prepares a scene."""
     return sources(type(scene_settings(wildcards)).__module__)
@@ -48,9 +43,10 @@ rule scene:
         f"{LOGS}/scenes/{{dataset}}/{{scene}}.log",
     priority: 2  # as what trains scorers, which waits for them
     params:
-        stamp=stamp_of(scene_made_of),
+        made_of=made_of,
         folder=subpath(output[0], parent=True),
     message:
         "scene {wildcards.scene} of {wildcards.dataset}"
     shell:
-        "{AVS} scene --settings {input.settings} --out {params.folder} --log {log}"
+        "{AVS} --made-of {params.made_of} scene"
+        " --settings {input.settings} --out {params.folder} --log {log}"

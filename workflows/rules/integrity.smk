@@ -5,9 +5,11 @@ from snakemake.io import is_flagged
 from snakemake.persistence import PersistenceBase
 
 from avs.system.ledger import find_damage
+from avs.system.ledger import made_of as read_made_of
 from avs.system.records import CHANGED
 
 SET_ASIDE = f"{RESULTS}/set_aside"
+UNLISTED = []  # logs of jobs of which nothing is known
 SHOWN = [Path(f"{RESULTS}/tables"), Path(f"{RESULTS}/figures")]
 
 
@@ -55,6 +57,27 @@ def shown_outputs():
     }
 
 
+def has_other_sources(job):
+    """Return whether what a job would read, apart from what jobs make, is not what its last run read.
+
+    Snakemake compares times, and what it keeps of code and parameters in .snakemake: a file that an older one replaces,
+    as `cp -p`, `mv` or `rsync -a` leave it, is not newer than what was made from the one before.
+    """
+    stamp = getattr(job.params, "made_of", None)
+    if stamp is None or not job.log:
+        return False
+    told = read_made_of(Path(job.log[0]))
+    if told is None and any(Path(path).exists() for path in job.output):
+        UNLISTED.append(job.log[0])
+        if len(UNLISTED) == 1:
+            print(
+                f"{UNLISTED[0]}: no list beside it of what the job wrote and read, so that nothing can be checked; "
+                "what it and others without one made is made again",
+                file=sys.stderr,
+            )
+    return told != stamp
+
+
 def check_results():
     """Find what is not as it should be, and let Snakemake take it for incomplete."""
     damage = find_damage(Path(LOGS))
@@ -75,11 +98,14 @@ def check_results():
     incomplete = PersistenceBase.incomplete
 
     async def incomplete_too(self, job):
-        """Return the outputs of a job that are not whole, not as they were written, or not there though others are."""
+        """Return the outputs of a job that are not whole, not as they were written, of other sources, or not there."""
+        other = has_other_sources(job)
         files = [
             path
             for path in job.output
-            if path in told or not (is_flagged(path, "temp") or await path.exists())
+            if other
+            or path in told
+            or not (is_flagged(path, "temp") or await path.exists())
         ]
         return [*await incomplete(self, job), *files]
 

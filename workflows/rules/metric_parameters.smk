@@ -25,9 +25,10 @@ rule niqe_fit:
         f"{LOGS}/parameters/niqe.log",
     priority: 2  # as what trains scorers: the common states wait for it
     params:
-        stamp=stamp_of(sources("avs.iqa.no_reference.niqe_fit")),
+        made_of=made_of,
         scenes=scene_folders,
     message:
         "NIQE's parameters from photographs of the training scenes"
     shell:
-        "{AVS} niqe_fit {params.scenes} --settings {input.settings} --out {output} --log {log}"
+        "{AVS} --made-of {params.made_of} niqe_fit"
+        " {params.scenes} --settings {input.settings} --out {output} --log {log}"

@@ -3,7 +3,7 @@
 
 import shlex
 
-from avs.config.method_weights import followed, scoring_methods
+from avs.config.method_weights import files_read, followed, scoring_methods
 
 
 module program:
@@ -68,6 +68,11 @@ def method_weights(wildcards):
     return weights_of_method(wildcards.method)
 
 
+def downloads(wildcards):
+    """Return the published weights on this machine that an episode reads, those of LPIPS too."""
+    return list(map(str, files_read(settings, wildcards.method, evaluated=True)))
+
+
 def weights_option(wildcards, input):
     return f"--weights {shlex.quote(str(input.weights))}" if input.weights else ""
 
@@ -97,6 +102,7 @@ rule episode:
     input:
         scene=SCENE,
         weights=method_weights,
+        downloads=downloads,
         views=listed_views,
         followed=followed_episode,
         kernels=ancient(KERNELS),
@@ -111,7 +117,7 @@ rule episode:
     resources:
         gpu=int(settings.device == "cuda"),
     params:
-        stamp=stamp_of(method_code),
+        made_of=made_of,
         scene=subpath(input.scene, parent=True),
         weights=weights_option,
         views=views_option,
@@ -120,7 +126,8 @@ rule episode:
     message:
         "episode: {wildcards.method} on {wildcards.scene} of {wildcards.dataset}, seed {wildcards.seed}"
     shell:
-        "{AVS} episode {params.scene} {wildcards.seed} --settings {input.settings} {params.weights} {params.views}"
+        "{AVS} --made-of {params.made_of} episode"
+        " {params.scene} {wildcards.seed} --settings {input.settings} {params.weights} {params.views}"
         " {params.follow} --out {params.folder} --log {log}"
 
 
@@ -147,6 +154,12 @@ def scoring_weights():
     return {method: file for method, file in files.items() if file}
 
 
+def scoring_downloads():
+    """Return the published weights on this machine that these methods read."""
+    found = [files_read(settings, method, evaluated=False) for method in SCORING]
+    return sorted({str(path) for files in found for path in files})
+
+
 def scoring_weights_options(wildcards):
     return [
         f"--weights {shlex.quote(f'{method}={file}')}"
@@ -158,6 +171,7 @@ rule common_states:
     input:
         scene=SCENE,
         weights=list(scoring_weights().values()),
+        downloads=scoring_downloads(),
         kernels=ancient(KERNELS),
         settings=f"{RESULTS}/settings/common_states.json",
         code=scoring_code(),
@@ -169,11 +183,12 @@ rule common_states:
     resources:
         gpu=int(settings.device == "cuda"),
     params:
-        stamp=stamp_of(scoring_code()),
+        made_of=made_of,
         scene=subpath(input.scene, parent=True),
         weights=scoring_weights_options,
     message:
         "common states of {wildcards.scene} of {wildcards.dataset}, seed {wildcards.seed}: scores and truth"
     shell:
-        "{AVS} common_states {params.scene} {wildcards.seed} --settings {input.settings} {params.weights}"
+        "{AVS} --made-of {params.made_of} common_states"
+        " {params.scene} {wildcards.seed} --settings {input.settings} {params.weights}"
         " --out {output} --log {log}"

@@ -105,12 +105,13 @@ rule nvs_table:
     log:
         f"{LOGS}/tables/nvs_{{dataset}}.log",
     params:
-        stamp=stamp_of(sources("avs.report.tables.view_synthesis")),
+        made_of=made_of,
         stem=subpath(output[0], strip_suffix=".csv"),
     message:
         "table of {wildcards.dataset}"
     shell:
-        "{AVS} nvs_table {input.episodes} --dataset {wildcards.dataset} --settings {input.settings}"
+        "{AVS} --made-of {params.made_of} nvs_table"
+        " {input.episodes} --dataset {wildcards.dataset} --settings {input.settings}"
         " --out {params.stem} --log {log}"
 
 
@@ -131,12 +132,13 @@ rule ranking_table:
     log:
         f"{LOGS}/tables/ranking_{{dataset}}.log",
     params:
-        stamp=stamp_of(sources("avs.report.tables.score_ranking")),
+        made_of=made_of,
         stem=subpath(output[0], strip_suffix=".csv"),
     message:
         "ranking of {wildcards.dataset}"
     shell:
-        "{AVS} ranking_table {input.records} --dataset {wildcards.dataset} --settings {input.settings}"
+        "{AVS} --made-of {params.made_of} ranking_table"
+        " {input.records} --dataset {wildcards.dataset} --settings {input.settings}"
         " --out {params.stem} --log {log}"
 
 
@@ -152,14 +154,15 @@ rule runtime_table:
     log:
         f"{LOGS}/tables/runtime.log",
     params:
-        stamp=stamp_of(sources("avs.report.tables.selection_times")),
+        made_of=made_of,
         episodes=episode_options,
         published=published_options,
         stem=subpath(output[0], strip_suffix=".csv"),
     message:
         "table of selection times"
     shell:
-        "{AVS} runtime_table {input.records} {params.episodes} {params.published} --settings {input.settings}"
+        "{AVS} --made-of {params.made_of} runtime_table"
+        " {input.records} {params.episodes} {params.published} --settings {input.settings}"
         " --out {params.stem} --log {log}"
 
 
@@ -173,12 +176,13 @@ rule psnr_over_views:
     log:
         f"{LOGS}/figures/psnr_over_views.log",
     params:
-        stamp=stamp_of(sources("avs.report.figures.psnr_over_views")),
+        made_of=made_of,
         stem=subpath(output[0], strip_suffix=".pdf"),
     message:
         "figure: PSNR over views"
     shell:
-        "{AVS} psnr_over_views {input.episodes} --settings {input.settings} --out {params.stem} --log {log}"
+        "{AVS} --made-of {params.made_of} psnr_over_views"
+        " {input.episodes} --settings {input.settings} --out {params.stem} --log {log}"
 
 
 rule tables:

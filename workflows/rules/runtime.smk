@@ -1,6 +1,6 @@
 # The time of a selection: one job for each method, alone on the machine, on one reconstruction that all methods share.
 
-from avs.config.method_weights import choosing_elsewhere
+from avs.config.method_weights import choosing_elsewhere, files_read
 from avs.nvs.timing_settings import RuntimeSettings
 
 RUNTIME = f"{RESULTS}/runtime/{{dataset}}/{{scene}}"
@@ -33,6 +33,11 @@ def timing_code(wildcards):
     return sources("avs.nvs.timing", REPRESENTATION.module, method)
 
 
+def timing_downloads(wildcards):
+    """Return the published weights on this machine that a method reads."""
+    return list(map(str, files_read(settings, wildcards.method, evaluated=False)))
+
+
 def timed_episodes(wildcards):
     """Return the episodes on the scene on which selections are timed, for their PSNR."""
     dataset, scene = timed_scene()
@@ -52,12 +57,13 @@ rule runtime_state:
     resources:
         gpu=int(settings.device == "cuda"),
     params:
-        stamp=stamp_of(sources("avs.nvs.timing", REPRESENTATION.module)),
+        made_of=made_of,
         scene=subpath(input.scene, parent=True),
     message:
         "reconstruction of {wildcards.scene} to time selections on"
     shell:
-        "{AVS} runtime_state {params.scene} --settings {input.settings} --out {output} --log {log}"
+        "{AVS} --made-of {params.made_of} runtime_state"
+        " {params.scene} --settings {input.settings} --out {output} --log {log}"
 
 
 rule runtime:
@@ -65,6 +71,7 @@ rule runtime:
         scene=SCENE,
         state=f"{RUNTIME}/state.safetensors",
         weights=method_weights,
+        downloads=timing_downloads,
         kernels=ancient(KERNELS),
         settings=f"{RESULTS}/settings/runtime/{{method}}.json",
         code=timing_code,
@@ -76,11 +83,12 @@ rule runtime:
     resources:
         gpu=int(settings.device == "cuda"),
     params:
-        stamp=stamp_of(timing_code),
+        made_of=made_of,
         scene=subpath(input.scene, parent=True),
         weights=weights_option,
     message:
         "selection time of {wildcards.method} on {wildcards.scene}"
     shell:
-        "{AVS} runtime {params.scene} --state {input.state} --settings {input.settings} {params.weights}"
+        "{AVS} --made-of {params.made_of} runtime"
+        " {params.scene} --state {input.state} --settings {input.settings} {params.weights}"
         " --out {output} --log {log}"

@@ -1,5 +1,6 @@
 # Cross-reference scorers: renderings of training scenes with their SSIM maps, then the training of each scorer on them.
 
+from avs.config.method_weights import backbone_read
 
 DISTORTIONS = f"{RESULTS}/distortions/{{dataset}}/{{scene}}.safetensors"
 
@@ -23,6 +24,11 @@ def held_out_distortions(wildcards):
 
 def render_seed(wildcards):
     return scene_settings(wildcards).render_seed()
+
+
+def training_backbone(wildcards):
+    """Return the file of pretrained weights that training begins with; none for random ones."""
+    return str(backbone_read(settings, wildcards.scorer) or "") or []
 
 
 def training_options(wildcards, input):
@@ -49,17 +55,14 @@ rule distortions:
     resources:
         gpu=int(settings.device == "cuda"),
     params:
-        stamp=stamp_of(
-            sources(
-                "avs.iqa.cross_reference.distortion_renders", REPRESENTATION.module
-            )
-        ),
+        made_of=made_of,
         folder=subpath(input.scene, parent=True),
         seed=render_seed,
     message:
         "renderings of {wildcards.scene} of {wildcards.dataset} while it is reconstructed"
     shell:
-        "{AVS} distortions {params.folder} {params.seed} --settings {input.settings}"
+        "{AVS} --made-of {params.made_of} distortions"
+        " {params.folder} {params.seed} --settings {input.settings}"
         " --out {output} --log {log}"
 
 
@@ -67,6 +70,7 @@ rule scorer_train:
     input:
         training=training_distortions,
         held_out=held_out_distortions,
+        backbone=training_backbone,
         settings=f"{RESULTS}/settings/scorer_train/{{scorer}}.json",
         code=sources("avs.iqa.cross_reference.training"),
     output:
@@ -78,11 +82,12 @@ rule scorer_train:
     resources:
         gpu=int(settings.device == "cuda"),
     params:
-        stamp=stamp_of(sources("avs.iqa.cross_reference.training")),
+        made_of=made_of,
         training=training_options,
         held_out=held_out_options,
     message:
         "training of the scorer {wildcards.scorer}"
     shell:
-        "{AVS} scorer_train {params.training} {params.held_out} --settings {input.settings}"
+        "{AVS} --made-of {params.made_of} scorer_train"
+        " {params.training} {params.held_out} --settings {input.settings}"
         " --weights {output.weights} --card {output.card} --log {log}"

@@ -88,6 +88,7 @@ use rule episode as sensitivity_episode with:
     input:
         scene=SCENE,
         weights=method_weights,
+        downloads=downloads,
         views=[],
         followed=[],
         kernels=ancient(KERNELS),
@@ -121,11 +122,12 @@ rule sensitivity_table:
     log:
         f"{LOGS}/tables/sensitivity_{{dataset}}.log",
     params:
-        stamp=stamp_of(sources("avs.report.tables.setting_sensitivity")),
+        made_of=made_of,
         varied=varied_options,
         stem=subpath(output[0], strip_suffix=".csv"),
     message:
         "sensitivity of {wildcards.dataset} to the settings"
     shell:
-        "{AVS} sensitivity_table {input.base} {params.varied} --dataset {wildcards.dataset}"
+        "{AVS} --made-of {params.made_of} sensitivity_table"
+        " {input.base} {params.varied} --dataset {wildcards.dataset}"
         " --settings {input.settings} --out {params.stem} --log {log}"

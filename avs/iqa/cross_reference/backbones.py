@@ -1,4 +1,4 @@
-"""Image encoders of the cross-reference network, and where their pretrained weights are found.
+"""Image encoders of the cross-reference network.
 
 RepViT (arXiv 2307.09283) is the low-latency one of the paper, DINOv2 (arXiv 2304.07193) that of CrossScore.
 """
@@ -18,14 +18,9 @@ from torch.nn import functional
 from avs.iqa.cross_reference.scorer_settings import AnyNetwork, RepViTSettings
 from avs.system.compatibility import prepare_torchvision
 from avs.system.errors import UserError
-from avs.system.weights import locate, verified
-from avs.system.weights.cache import folder
-from avs.system.weights.manifest import MANIFEST
 
 REPVIT_TAPS = {"A": (2, 6, 22, 25), "B": (1, 5, 21, 24)}
 """The paper's "layers 2, 6, 22, and 25" as blocks counted from 0 without the stem: literally, or with the stem as 0."""
-
-_TAGS = {"repvit_m0_9": "dist_450e_in1k", "vit_small_patch14_dinov2": "lvd142m"}
 
 
 class Backbone(nn.Module):
@@ -156,31 +151,6 @@ def build_backbone(settings: AnyNetwork, weights: Path | None = None) -> Backbon
         UserError: ``weights`` cannot be read or does not fit.
     """
     return RepViT(settings.taps, weights) if isinstance(settings, RepViTSettings) else DINOv2(weights)
-
-
-def find_weights(backbone: str, tag: str | None = None) -> Path | None:
-    """Return the local file of a backbone's pretrained weights, or None; never uses the network.
-
-    It looks in the cache folder of ``avs.system.weights``, then in that of huggingface_hub, where timm keeps them.
-
-    Args:
-        backbone: timm's name of the model.
-        tag: which of timm's weights; None for the usual ones: ImageNet's for RepViT, DINOv2's own for DINOv2.
-
-    Raises:
-        UserError: the file is not the one that the manifest describes.
-    """
-    model = f"{backbone}.{tag or _TAGS[backbone]}"
-    path = folder() / "timm" / f"{model}.safetensors"
-    for name, entry in MANIFEST.items():
-        if folder() / entry.path == path and locate(name) is not None:
-            return verified(name)
-    if path.is_file():
-        return path
-    from huggingface_hub import try_to_load_from_cache
-
-    cached = try_to_load_from_cache(f"timm/{model}", "model.safetensors")
-    return Path(cached) if isinstance(cached, str) else None
 
 
 def _load(model: nn.Module, path: Path) -> None:

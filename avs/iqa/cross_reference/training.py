@@ -13,7 +13,8 @@ from torch import Tensor
 from torch.nn import functional
 from torch.optim.swa_utils import update_bn
 
-from avs.iqa.cross_reference.backbones import build_backbone, find_weights, fused, open_residual_branches
+from avs.iqa.cross_reference.backbone_weights import find_weights
+from avs.iqa.cross_reference.backbones import build_backbone, fused, open_residual_branches
 from avs.iqa.cross_reference.distortions import Distortions, read_distortions
 from avs.iqa.cross_reference.model_card import model_card
 from avs.iqa.cross_reference.network import CrossReferenceNetwork, build_network

@@ -2,7 +2,8 @@ import pytest
 import torch
 from safetensors.torch import save_file
 
-from avs.iqa.cross_reference.backbones import REPVIT_TAPS, DINOv2, RepViT, find_weights, fused, open_residual_branches
+from avs.iqa.cross_reference.backbone_weights import find_weights
+from avs.iqa.cross_reference.backbones import REPVIT_TAPS, DINOv2, RepViT, fused, open_residual_branches
 from avs.system.compatibility import prepare_torchvision
 from avs.system.errors import UserError
 from avs.system.weights.cache import VARIABLE

@@ -1,0 +1,51 @@
+"""Where the pretrained weights of the cross-reference network's image encoder are found. Nothing here imports torch."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from avs.system.weights import locate, verified
+from avs.system.weights.cache import folder
+from avs.system.weights.manifest import MANIFEST
+
+_TAGS = {"repvit_m0_9": "dist_450e_in1k", "vit_small_patch14_dinov2": "lvd142m"}
+
+
+def locate_weights(backbone: str, tag: str | None = None) -> Path | None:
+    """Return the local file of a backbone's pretrained weights, unread, or None; never uses the network.
+
+    It looks in the cache folder of ``avs.system.weights``, then in that of huggingface_hub, where timm keeps them.
+
+    Args:
+        backbone: timm's name of the model.
+        tag: which of timm's weights; None for the usual ones: ImageNet's for RepViT, DINOv2's own for DINOv2.
+    """
+    name = _entry(backbone, tag)
+    path = _path(backbone, tag)
+    found = None if name is None else locate(name)
+    if found is not None or path.is_file():
+        return found or path
+    from huggingface_hub import try_to_load_from_cache
+
+    cached = try_to_load_from_cache(f"timm/{path.stem}", "model.safetensors")
+    return Path(cached) if isinstance(cached, str) else None
+
+
+def find_weights(backbone: str, tag: str | None = None) -> Path | None:
+    """Return the same file after comparing it with the manifest, if that describes it.
+
+    Raises:
+        UserError: the file is not the one that the manifest describes.
+    """
+    name = _entry(backbone, tag)
+    return locate_weights(backbone, tag) if name is None or locate(name) is None else verified(name)
+
+
+def _path(backbone: str, tag: str | None) -> Path:
+    return folder() / "timm" / f"{backbone}.{tag or _TAGS[backbone]}.safetensors"
+
+
+def _entry(backbone: str, tag: str | None) -> str | None:
+    """Return the name of these weights in the manifest, or None."""
+    path = _path(backbone, tag)
+    return next((name for name, entry in MANIFEST.items() if folder() / entry.path == path), None)
