@@ -62,12 +62,12 @@ def _photographed(
     for index in pool.tolist():
         seen = wanted[wanted[:, 1] == index, 0]
         if len(seen):
-            sums[seen] += _pixels_of(points.positions[seen], cameras[index], read(index))
+            sums[seen] += pixels_of(points.positions[seen], cameras[index], read(index))
             counts[seen] += 1
     return np.rint(sums / np.maximum(counts, 1)[:, None]).astype(np.uint8), counts > 0
 
 
-def _pixels_of(positions: FloatArray, camera: Cameras, image: Pixels) -> Pixels:
+def pixels_of(positions: FloatArray, camera: Cameras, image: Pixels) -> Pixels:
     """Return the colours ``[n, 3]`` of the pixels of ``image`` into which its camera projects the positions."""
     local = positions @ camera.world_to_camera[0, :3, :3].T + camera.world_to_camera[0, :3, 3]
     projected = local @ camera.intrinsics[0].T

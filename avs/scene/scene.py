@@ -21,6 +21,7 @@ from avs.scene.colmap.conversion import as_model, cameras_of, points_of, sorted_
 from avs.scene.images import Pixels, pixel_hash, read_image, store_image
 from avs.scene.mesh import write_moved_mesh
 from avs.scene.normalisation import EXTENT, normalisation, stray_note
+from avs.scene.photograph_agreement import disagreement_note
 from avs.scene.point_colors import colored
 from avs.scene.points import Points
 from avs.scene.scene_file import REMEDY, SceneFile, read_scene_file
@@ -148,8 +149,13 @@ def write_scene(
     told = [*notes, stray_note([names[index] for index in stray])] if len(stray) else list(notes)
     with atomic_folder(folder) as temporary:
         hashes = _write_images(temporary / "images", names, images, cameras)
-        points, note = colored(points, cameras, pool, lambda index: read_image(temporary / "images" / names[index]))
-        told += [] if note is None else [note]
+
+        def read(index: int) -> Pixels:
+            return read_image(temporary / "images" / names[index])
+
+        found = [disagreement_note(names, points, cameras, read)]
+        points, note = colored(points, cameras, pool, read)
+        told += filter(None, [*found, note])
         write_model(temporary / "sparse" / "0", as_model(names, cameras, points))
         if depth is not None:
             _write_depth(temporary / "depth", names, depth, to_capture.scale)
