@@ -10,6 +10,7 @@ from avs.report.collect import Episodes, read_dataset
 from avs.report.document import Cell, Column, Document, Group, Listing, Row
 from avs.report.formats.numbers import plain
 from avs.report.formats.writing import write_document
+from avs.report.machines import machine_notes
 from avs.report.methods import Presented, presented
 from avs.report.report_settings import BASE
 from avs.report.tables.arrangement import arranged
@@ -81,6 +82,7 @@ def setting_sensitivity(
     _check_scenes(settings)
     grid = _grid(settings)
     rows = [presented(method, base) for method in methods]
+    machines = [facts for episodes in settings.values() for facts in episodes.machines]
     found = {name: standings(episodes, rows, grid, absent) for name, episodes in settings.items()}
     agreements = {name: agreement(found[BASE], each) for name, each in found.items()}
     columns = tuple(column for name in settings for column in _columns(name))
@@ -90,7 +92,7 @@ def setting_sensitivity(
         caption=tuple(_caption(base.dataset, grid, found)),
         columns=columns,
         groups=(*arranged(columns, rows, cells), _order(agreements)),
-        notes=tuple(_notes(rows, found, agreements)),
+        notes=(*_notes(rows, found, agreements), *machine_notes(machines)),
         listing=_listing(rows, found, grid),
         appendices={"_agreement": _agreement_listing(agreements)},
     )

@@ -9,6 +9,7 @@ from avs.report.collect import Episodes, read_dataset
 from avs.report.document import Cell, Column, Document, Listing
 from avs.report.formats.numbers import EXTRA_DECIMALS, plain
 from avs.report.formats.writing import write_document
+from avs.report.machines import machine_notes
 from avs.report.methods import Presented, presented
 from avs.report.published import PRINTED_NAMES, Published, published_note, read_published, why_no_difference
 from avs.report.tables.arrangement import arranged
@@ -118,6 +119,7 @@ def view_synthesis(
         *fewer_compared(rows, numbers, compared_with, episodes),
         *equal_views(episodes),
         *own_schedules(episodes),
+        *machine_notes(episodes.machines),
         *repeated_notes(episodes),
         *unranked_notes(rows),
     ]
