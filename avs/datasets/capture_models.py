@@ -5,8 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from avs.scene.colmap import Model, find_model, has_model, read_model
+import numpy as np
+
+from avs.scene.cameras import FloatArray
+from avs.scene.colmap import Model, find_model, has_model, read_model, read_other_form
+from avs.scene.colmap.conversion import rotation_matrix
 from avs.system.errors import UserError
+
+_DIGITS = 1e-4
+"""Relative difference, or absolute one in the model's unit, within which two are one: programs write six digits."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +54,54 @@ def choose_model(capture: Path) -> ChosenModel:
     if len(folders) > 1:
         counts = [f"{folder.relative_to(capture)} has {len(models[folder].images)} images" for folder in folders]
         notes.append(f"of several models {largest.relative_to(capture)} is used: {', '.join(counts)}")
+    notes += _other_form(capture, largest, models[largest])
     return ChosenModel(largest, models[largest], notes)
+
+
+def _other_form(capture: Path, folder: Path, model: Model) -> list[str]:
+    """Return a note where the text form beside a binary one is another model: no one knows which is meant."""
+    name = folder.relative_to(capture)
+    try:
+        other = read_other_form(folder)
+    except UserError:
+        return [f"{name}: the .bin files are used; those of .txt beside them cannot be read"]
+    parts = [] if other is None else _differing(model, other)
+    said = f"{name}: the .bin files are used; those of .txt beside them have other {', '.join(parts)}"
+    return [said] if parts else []
+
+
+def _differing(model: Model, other: Model) -> list[str]:
+    """Return the parts in which two models differ by more than the digits of their forms."""
+    found = []
+    if not _same_entries(_cameras(model), _cameras(other)):
+        found.append("cameras")
+    if not _same_entries(_poses(model), _poses(other)):
+        found.append("images or poses")
+    positions = model.positions.shape == other.positions.shape and np.allclose(
+        model.positions, other.positions, rtol=_DIGITS, atol=_DIGITS
+    )
+    return found if positions else [*found, "points"]
+
+
+def _cameras(model: Model) -> dict[str, FloatArray]:
+    return {
+        f"{identifier} {camera.model}": np.array([camera.width, camera.height, *camera.params], dtype=np.float64)
+        for identifier, camera in model.cameras.items()
+    }
+
+
+def _poses(model: Model) -> dict[str, FloatArray]:
+    """Return rotation as a matrix, of which a quaternion and its negative give the same, and translation, by name."""
+    return {
+        image.name: np.column_stack([rotation_matrix(image.quaternion), image.translation])
+        for image in model.images.values()
+    }
+
+
+def _same_entries(own: dict[str, FloatArray], others: dict[str, FloatArray]) -> bool:
+    return own.keys() == others.keys() and all(
+        np.allclose(values, others[name], rtol=_DIGITS, atol=_DIGITS) for name, values in own.items()
+    )
 
 
 def _candidates(capture: Path) -> list[Path]:

@@ -115,3 +115,33 @@ def test_points_without_tracks_are_noted(tmp_path):
     scene = prepared(tmp_path)
     assert scene.notes == ("no image observes a point of the model",)
     assert len(scene.points) == 12
+
+
+@pytest.mark.parametrize(
+    ("change", "note"),
+    [
+        (lambda model: None, None),
+        (
+            lambda model: model.transform(pycolmap.Sim3d(2.0, pycolmap.Rotation3d(), np.zeros(3))),
+            "images or poses, points",
+        ),
+        (lambda model: setattr(model.cameras[1], "width", 999), "cameras"),
+    ],
+)
+def test_a_text_form_that_is_another_model_is_told(change, note, tmp_path):
+    make_capture(tmp_path / "capture")
+    folder = tmp_path / "capture" / "sparse" / "0"
+    model = pycolmap.Reconstruction(folder)
+    change(model)
+    model.write_text(folder)
+    said = "sparse/0: the .bin files are used; those of .txt beside them have other "
+    assert choose_model(tmp_path / "capture").notes == ([] if note is None else [said + note])
+
+
+def test_a_text_form_that_cannot_be_read_is_told(tmp_path):
+    make_capture(tmp_path / "capture")
+    folder = tmp_path / "capture" / "sparse" / "0"
+    pycolmap.Reconstruction(folder).write_text(folder)
+    (folder / "images.txt").write_text("1 2 3")
+    said = "sparse/0: the .bin files are used; those of .txt beside them cannot be read"
+    assert choose_model(tmp_path / "capture").notes == [said]

@@ -25,6 +25,7 @@ __all__ = [
     "find_model",
     "has_model",
     "read_model",
+    "read_other_form",
     "write_model",
 ]
 
@@ -61,7 +62,22 @@ def read_model(folder: Path) -> Model:
     Raises:
         UserError: there is no model, a file is damaged, or the files contradict one another.
     """
-    cameras, images, points = find_model(folder)
+    return _read(folder, *find_model(folder))
+
+
+def read_other_form(folder: Path) -> Model | None:
+    """Return the text form of a model whose binary form is read, or None where there are not both.
+
+    Raises:
+        UserError: see ``read_model``.
+    """
+    cameras, images, points = (folder / f"{name}.txt" for name in _FILES)
+    if find_model(folder)[0].suffix == ".txt" or not all(path.is_file() for path in (cameras, images, points)):
+        return None
+    return _read(folder, cameras, images, points)
+
+
+def _read(folder: Path, cameras: Path, images: Path, points: Path) -> Model:
     form = binary if cameras.suffix == ".bin" else text
     model = Model(form.read_cameras(cameras), form.read_images(images), *form.read_points(points))
     return checked(folder, cameras.suffix, model)
