@@ -55,5 +55,5 @@ def test_what_differs_is_told_with_how_many_have_which(table):
 
 
 def test_damaged_facts_are_one_line(table, tmp_path):
-    with pytest.raises(UserError, match="episode.meta.json"):
+    with pytest.raises(UserError, match=r"episode\.meta\.json"):
         table(facts(), facts().model_copy(update={"schema_version": 2}), None)
