@@ -26,8 +26,8 @@ from avs.scene.cameras import IndexArray
 from avs.scene.photographs import Photographs
 from avs.scene.scene import Scene, read_scene
 from avs.selection import registry
-from avs.selection.choice import select_views
-from avs.selection.contract import HasNotes, Method, PreparesRepresentation, Resources, Selector, State
+from avs.selection.choice import notes_of, select_views
+from avs.selection.contract import Method, PreparesRepresentation, Resources, Selector, State
 from avs.selection.session import Builder, Session
 from avs.selection.truth import gains, sample, true_metrics
 from avs.system.errors import UserError
@@ -145,11 +145,13 @@ class _States:
         checked = registry.create_settings(settings.method, settings.selector)
         selector: Selector | None = None
         failure = None
+        notes: list[str] = []
         scores: list[list[float | None] | None] = []
         try:
             selector = method.selector(checked, Resources(weights, self._settings.device))
             for state in self._shown(settings.method, method, selector):
                 scores.append(select_views(method, selector, state, 1).recorded_scores())
+            notes = notes_of(method, selector)
         # a plug-in may raise anything, or end the process; the others' scores are worth more than its end
         except (Exception, SystemExit) as error:
             # marked, so that nobody takes it for the end of this job
@@ -165,7 +167,7 @@ class _States:
             selector=checked.model_dump(mode="json"),
             weights_hash=None if weights is None else file_hash(weights),
             own_fit=isinstance(selector, PreparesRepresentation),
-            notes=list(selector.notes) if isinstance(selector, HasNotes) else [],
+            notes=notes,
             scores=[*scores, *[None] * (len(self.moments) - len(scores))],
             failure=failure,
         )

@@ -13,7 +13,8 @@ from avs.nvs.record import CurvePoint, Episode, EpisodeMeta, Step, StepTimes
 from avs.nvs.schedule import capped_budget, initial_captures
 from avs.representations.base import Representation
 from avs.scene.scene import Scene
-from avs.selection.contract import HasNotes, Method, Selector, State
+from avs.selection.choice import notes_of
+from avs.selection.contract import Method, Selector, State
 from avs.selection.session import Builder, Session, timed_selection
 from avs.system import provenance
 from avs.system.seeds import seed_of
@@ -107,8 +108,11 @@ class _Loop:
         plan = self.plan
         self.budget, self.notes = capped_budget(plan.protocol, len(plan.scene.pool), plan.scene.name)
         self.notes += [f"{plan.scene.name}: {note}" for note in plan.scene.notes]
-        if isinstance(plan.selector, HasNotes):
-            self.notes += plan.selector.notes
+        self.notes += notes_of(plan.method, plan.selector)
+        scheduled = plan.identity.representation.get("iterations", plan.protocol.iterations)
+        if scheduled != plan.protocol.iterations:
+            end = f"the optimisation ends at iteration {plan.protocol.iterations}"
+            self.notes.append(f"the schedule of the learning rates is for {scheduled} iterations, and {end}")
         initial = initial_captures(plan.scene, plan.protocol)
         self.session = Session(plan.scene, plan.build, initial, plan.selector, plan.device)
 

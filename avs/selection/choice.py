@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from avs.selection.contract import Direction, JointSelector, Method, Selection, Selector, State
+from avs.selection.contract import Direction, HasNotes, JointSelector, Method, Selection, Selector, State
 
 
 def choose(scores: npt.NDArray[np.float64], k: int, chooses: Direction) -> npt.NDArray[np.int64]:
@@ -44,6 +44,20 @@ def select_views(method: Method, selector: Selector, state: State, k: int) -> Se
     except (Exception, SystemExit) as error:
         error.add_note(f"method {method.label}")
         raise
+
+
+def notes_of(method: Method, selector: object) -> list[str]:
+    """Return the notes of a selector, if it has any.
+
+    Raises:
+        TypeError: they are no sequence of text.
+    """
+    if not isinstance(selector, HasNotes):
+        return []
+    notes = selector.notes
+    if not isinstance(notes, tuple | list) or not all(isinstance(note, str) for note in notes):
+        raise TypeError(f"{method.label} has notes that are no tuple of texts: {notes!r}")
+    return list(notes)
 
 
 def _selected(method: Method, selector: Selector, state: State, k: int) -> Selection:

@@ -231,6 +231,22 @@ def test_broken_scores_are_refused(scene, scores):
         run(plan(scene, Broken()))
 
 
+def test_notes_that_are_no_texts_are_refused(scene):
+    """A text by itself would be taken letter by letter."""
+    selector = Last()
+    selector.notes = "abc"
+    with pytest.raises(TypeError, match="Last has notes that are no tuple of texts: 'abc'"):
+        run(plan(scene, selector))
+
+
+def test_a_schedule_of_another_length_than_the_optimisation_is_told(scene):
+    told = plan(scene, Last())
+    told = dataclasses.replace(told, identity=dataclasses.replace(told.identity, representation={"iterations": 30}))
+    note = "the schedule of the learning rates is for 30 iterations, and the optimisation ends at iteration 100"
+    assert note in run(told)[0].notes
+    assert note not in run(plan(scene, Last()))[0].notes
+
+
 def test_a_choice_against_the_declared_direction_is_refused(scene):
     with pytest.raises(
         ValueError, match="Last chose candidate 30 first, whose score is 30: the lowest is 0, of candid"
