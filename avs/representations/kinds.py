@@ -18,6 +18,7 @@ from avs.scene.cameras import IndexArray
 from avs.scene.scene import Scene
 from avs.system.errors import UserError
 from avs.system.models import first_fault
+from avs.system.plugin_modules import import_each
 
 PACKAGE = "avs.representations"
 """The package whose sub-packages are searched."""
@@ -28,13 +29,23 @@ DEFAULT = "gaussians"
 Builder = Callable[[Scene, IndexArray, RepresentationSettings, int, str], Representation]
 
 
-@functools.cache
 def kinds() -> Mapping[str, Kind]:
-    """Return every kind by name, in the order of names."""
+    """Return every kind by name, in the order of names; a package that cannot be imported is left out."""
+    return _found()[0]
+
+
+def broken() -> dict[str, str]:
+    """Return why each package that should define a kind cannot be imported."""
+    return _found()[1]
+
+
+@functools.cache
+def _found() -> tuple[Mapping[str, Kind], dict[str, str]]:
     package = importlib.import_module(PACKAGE)
     names = sorted(module.name for module in pkgutil.iter_modules(package.__path__) if module.ispkg)
-    found = {name: getattr(importlib.import_module(f"{PACKAGE}.{name}"), "KIND", None) for name in names}
-    return MappingProxyType({name: kind for name, kind in found.items() if isinstance(kind, Kind)})
+    modules, faults = import_each(f"{PACKAGE}.{name}" for name in names)
+    defined = {name.rpartition(".")[2]: getattr(module, "KIND", None) for name, module in modules.items()}
+    return MappingProxyType({name: kind for name, kind in defined.items() if isinstance(kind, Kind)}), faults
 
 
 def find(name: str) -> Kind:

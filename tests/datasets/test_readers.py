@@ -8,6 +8,7 @@ from typing import get_args
 import pytest
 from captures_factory import make_capture
 
+from avs.datasets import reader_registry
 from avs.datasets.captures import Captures
 from avs.datasets.embedded import EmbeddedScenes, PatternName
 from avs.datasets.embedded.capture import PATTERNS
@@ -21,6 +22,22 @@ QUICK = {"views": 16, "long_side": 48, "texture_levels": 6, "gather_rays": 8, "b
 
 def test_each_reader_has_the_name_of_its_source():
     assert readers() == {"captures": Captures, "embedded": EmbeddedScenes}
+
+
+def test_a_reader_that_does_not_work_leaves_the_others(tmp_path, monkeypatch):
+    folder = tmp_path / "some_readers"
+    folder.mkdir()
+    (folder / "__init__.py").touch()
+    (folder / "broken.py").write_text("import no_such_package")
+    (folder / "captures.py").write_text("from avs.datasets.captures import READER")
+    (folder / "captures_again.py").write_text("from avs.datasets.captures import READER")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(reader_registry, "PACKAGE", "some_readers")
+    found, broken = reader_registry._found.__wrapped__()
+    assert found == {"captures": Captures}
+    assert broken.keys() == {"some_readers.broken", "some_readers.captures_again"}
+    assert "no_such_package" in broken["some_readers.broken"]
+    assert "as avs.datasets.captures does" in broken["some_readers.captures_again"]
 
 
 def test_every_pattern_can_be_named():

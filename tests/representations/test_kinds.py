@@ -126,3 +126,19 @@ def test_kinds_and_capabilities_are_read_without_torch():
     )
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert result.stdout.strip() == "[]"
+
+
+def test_a_kind_that_does_not_work_leaves_the_others(tmp_path, monkeypatch):
+    for name, text in {
+        ".": "",
+        "broken": "1 / 0",
+        "gaussians": "from avs.representations.gaussians import KIND",
+    }.items():
+        (tmp_path / "some_kinds" / name).mkdir(exist_ok=True, parents=True)
+        (tmp_path / "some_kinds" / name / "__init__.py").write_text(text)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(kinds, "PACKAGE", "some_kinds")
+    found, broken = kinds._found.__wrapped__()
+    assert list(found) == ["gaussians"]
+    assert broken.keys() == {"some_kinds.broken"}
+    assert "ZeroDivisionError" in broken["some_kinds.broken"]

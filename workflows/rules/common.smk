@@ -8,6 +8,7 @@ sys.path.insert(0, str(workflow.basedir))
 from avs.config.configuration import load
 from avs.config.jobs import settings_of
 from avs.config.method_weights import Made, absent_methods, weights_of
+from avs.datasets import reader_registry
 from avs.representations import kinds
 from avs.selection import registry
 from avs.system.code_inputs import sources, stamp_of_inputs
@@ -18,14 +19,16 @@ from avs.system.records import record_text
 BASELINES = sorted(Path(workflow.basedir, "workflows", "baselines").glob("*.smk"))
 PROGRAMS = [path.stem for path in BASELINES]
 
+if workflow.is_main_process:
+    for module, fault in (
+        registry.broken() | reader_registry.broken() | kinds.broken()
+    ).items():
+        print(f"warning: {module} is left out: {fault}", file=sys.stderr)
+
 try:
     settings = load(config, PROGRAMS)
 except UserError as error:
     sys.exit(f"error: {error}")
-
-if workflow.is_main_process:
-    for module, fault in registry.broken().items():
-        print(f"warning: {module} is left out: {fault}", file=sys.stderr)
 
 REPRESENTATION = kinds.find(settings.representation.kind)
 
