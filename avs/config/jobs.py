@@ -13,6 +13,7 @@ from pydantic import Field
 
 from avs.config.configuration import Config, DataSet, protocol_of, scorer_of, variant_of
 from avs.config.method_weights import absent_methods, choosing_elsewhere, scoring_methods
+from avs.config.scenes import scenes_in
 from avs.config.studied import studied_methods
 from avs.iqa.cross_reference.scorer_settings import RenderJob, RenderSettings, ScorerSettings
 from avs.iqa.no_reference.niqe_settings import FitSettings
@@ -74,13 +75,13 @@ class TableJob(RowsJob):
 
 def _records(config: Config, *datasets: str) -> dict[str, Any]:
     """Return which records a table or figure holds: those of these data sets, or of all that are evaluated."""
-    scenes = {name: tuple(config.datasets[name].scenes()) for name in datasets or config.evaluated}
+    scenes = {name: tuple(scenes_in(config.datasets[name])) for name in datasets or config.evaluated}
     return {"methods": config.methods, "scenes": scenes, "seeds": config.seeds}
 
 
 def _scene(config: Config, name: str) -> SceneJob:
     dataset, scene = name.split("/")
-    alone = config.datasets[dataset].scenes()[scene]
+    alone = scenes_in(config.datasets[dataset])[scene]
     background = getattr(config.representation, "background", BLACK)
     settings = alone.model_copy(update={"published": None}).on_background(background)
     return SceneJob(dataset=dataset, scene=settings, points=config.representation.needed_points())

@@ -2,11 +2,26 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
+from types import MappingProxyType
 
 from avs.config.configuration import Config
 from avs.datasets.reader import Reader
 from avs.system.errors import UserError
+
+
+@functools.cache
+def scenes_in(dataset: Reader) -> Mapping[str, Reader]:
+    """Return the scenes of a data set by name, each with its settings, in order.
+
+    A process looks once, so that all of a run is about the same scenes; among hundreds of captures a look takes a
+    second.
+
+    Raises:
+        UserError: they cannot be listed.
+    """
+    return MappingProxyType(dataset.scenes())
 
 
 def scenes_of(config: Config) -> dict[str, Mapping[str, Reader]]:
@@ -19,7 +34,7 @@ def scenes_of(config: Config) -> dict[str, Mapping[str, Reader]]:
     if not config.evaluated:
         fault = "no data set is evaluated"
         raise UserError("configuration: datasets", fault, "add one, or --config scenes_dir=DIR with your own captures")
-    listed = {name: dataset.scenes() for name, dataset in config.datasets.items()}
+    listed = {name: scenes_in(dataset) for name, dataset in config.datasets.items()}
     uses = _uses(config)
     seen: dict[tuple[object, ...], tuple[str, str]] = {}
     for dataset, scenes in listed.items():
