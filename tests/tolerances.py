@@ -104,3 +104,12 @@ GAUSS_MI = 1e-4
 # avs/selectors: the same image at two places of one batch, where float32 sums run in another order. Measured 3e-11 in
 # the mean of a network's map, and 3e-5 in BRISQUE, whose features of a smooth image divide by small variances.
 SAME_IMAGE_IN_A_BATCH = 1e-4
+
+# metrics/coverage.py: float64 throughout; differences of coordinates of order one.
+COVERAGE_DISTANCE = 1e-12
+# Extents in other units and places: quantiles of float64 coordinates that lie up to 30 times the extent from the origin.
+COVERAGE_UNITS = 1e-9
+# Two stray points among 5,000 move a quantile by a fiftieth of a hundredth of the points.
+COVERAGE_STRAY = 0.02
+# 3,000 points on a sphere: the point straight above another is there, because both shells have the same directions.
+COVERAGE_SHELLS = 1e-12
