@@ -90,7 +90,7 @@ def configure_and_back(folder, chance):
     """Change the configuration, run until something is killed or all is done, and change it back."""
     edits = [
         {"seeds": [0, 1]},
-        {"methods": ["random", "farthest"]},
+        {"methods": ["random", "backwards"]},
         {"selectors": {"random": {"reshuffle": True}}},
         {"protocol": configuration()["protocol"] | {"iterations": 13}},
         {"common_states": None},
@@ -137,7 +137,7 @@ def _run_or_kill(folder, chance):
 
 
 def _kill(folder, chance):
-    seconds, whom = chance.uniform(1, 40), chance.choice(["main", "all", "job"])
+    seconds, whom = chance.uniform(1, 30), chance.choice(["main", "all", "job"])
     killed_run(folder, seconds, whom, chance.choice)
     return f"killed {whom} after {seconds:.1f} s"
 
