@@ -48,7 +48,7 @@ def disagreement_note(
     more = "" if len(apart) <= _NAMED else f" and {len(apart) - _NAMED} more"
     return (
         f"{len(apart)} of {len(names)} photographs ({', '.join(apart[:_NAMED])}{more}) do not show the colours of the "
-        "points that they observe: they may be of other views than their names say"
+        "points that they observe: they may be of other views than their names say, or masked"
     )
 
 
