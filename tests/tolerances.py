@@ -107,7 +107,7 @@ SAME_IMAGE_IN_A_BATCH = 1e-4
 
 # metrics/coverage.py: float64 throughout; differences of coordinates of order one.
 COVERAGE_DISTANCE = 1e-12
-# Extents in other units and places: quantiles of float64 coordinates that lie up to 30 times the extent from the origin.
+# Extents in other units and places: quantiles of float64 coordinates up to 30 times the extent from the origin.
 COVERAGE_UNITS = 1e-9
 # Two stray points among 5,000 move a quantile by a fiftieth of a hundredth of the points.
 COVERAGE_STRAY = 0.02

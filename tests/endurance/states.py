@@ -18,23 +18,29 @@ def _files(folder, rooms=FOLDERS):
     return [path for path in found if not path.name.endswith(".meta.json")]
 
 
+def _one(folder, chance, *, filled=False):
+    """Choose a room of the results, then a file of it: most files are photographs, which all else follows from."""
+    rooms = [[path for path in _files(folder, (room,)) if path.stat().st_size or not filled] for room in FOLDERS]
+    return chance.choice(chance.choice([files for files in rooms if files]))
+
+
 def delete(folder, chance):
     """Delete one file."""
-    path = chance.choice(_files(folder))
+    path = _one(folder, chance)
     path.unlink()
     return f"deleted {path.relative_to(folder)}"
 
 
 def delete_folder(folder, chance):
     """Delete a folder with all that is in it."""
-    path = chance.choice(_files(folder)).parent
+    path = _one(folder, chance).parent
     shutil.rmtree(path)
     return f"deleted {path.relative_to(folder)}/"
 
 
 def flip(folder, chance):
     """Flip one bit of one file, whose time stays in half of the cases, as when a disk fails."""
-    path = chance.choice([path for path in _files(folder) if path.stat().st_size])
+    path = _one(folder, chance, filled=True)
     status, content = path.stat(), bytearray(path.read_bytes())
     place = chance.randrange(len(content))
     content[place] ^= 1 << chance.randrange(8)
@@ -46,7 +52,7 @@ def flip(folder, chance):
 
 def truncate(folder, chance):
     """Cut a file off."""
-    path = chance.choice([path for path in _files(folder) if path.stat().st_size])
+    path = _one(folder, chance, filled=True)
     length = chance.randrange(path.stat().st_size)
     os.truncate(path, length)
     return f"cut {path.relative_to(folder)} to {length} bytes"
@@ -73,7 +79,7 @@ def edit_record(folder, chance):
 
 def old_times(folder, chance):
     """Make a file older or newer than all others."""
-    path = chance.choice(_files(folder))
+    path = _one(folder, chance)
     time = chance.choice([1_000_000_000, 4_000_000_000])
     os.utime(path, (time, time))
     return f"dated {path.relative_to(folder)} {time}"
