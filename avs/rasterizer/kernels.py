@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 from collections.abc import Callable
 from pathlib import Path
@@ -20,13 +21,12 @@ Context = Any
 Numbers = tuple[Number, ...]
 
 
-def _stamp() -> bytes:
-    """Return a digest of all files here: of compiled functions, and of the constants that are compiled into them."""
-    sources = [path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py"))]
+@functools.cache
+def _stamp(folder: Path) -> bytes:
+    """Return a digest of all files here and in ``folder``: of compiled functions, and of constants that are in them."""
+    folders = {folder, Path(__file__).parent}
+    sources = [path.read_bytes() for folder in sorted(folders) for path in sorted(folder.glob("*.py"))]
     return hashlib.sha256(b"".join(sources)).digest()
-
-
-_STAMP = _stamp()
 
 
 def kernel(function: Callable[..., Any], fastmath: bool | set[str] = False) -> Compiled:
@@ -42,7 +42,7 @@ def kernel(function: Callable[..., Any], fastmath: bool | set[str] = False) -> C
         return numba.njit(**options)(function)
     # numba looks at the function's own file only, and would go on using code into which an older version of a function
     # of another file has been compiled (https://numba.readthedocs.io/en/stable/developer/caching.html).
-    compiled._cache._cache_file._source_stamp = _STAMP
+    compiled._cache._cache_file._source_stamp = _stamp(Path(function.__code__.co_filename).parent)
     compiled._cache.load_overload = _unless_damaged(compiled._cache)
     return compiled
 

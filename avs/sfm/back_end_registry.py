@@ -47,16 +47,18 @@ def find(name: str) -> BackEnd:
     return back_ends()[name]
 
 
-def why_not(name: str) -> Reason | None:
-    """Return which package a back end lacks here and what helps, or None if it can run; nothing is imported.
+def why_not(settings: BackEndSettings) -> Reason | None:
+    """Return what a back end lacks here and what helps, or None if it can run; nothing of its packages is imported.
 
-    Raises:
-        UserError: there is no back end of that name.
+    It lacks a package, or the weights of its network.
+
+    Args:
+        settings: of the back end.
     """
-    for module, remedy in find(name).packages.items():
+    for module, remedy in find(settings.back_end).packages.items():
         if not _is_installed(module):
             return Reason(cause=f"{module} is not installed", remedy=remedy)
-    return None
+    return settings.lacks()
 
 
 def reconstruct(views: Views, settings: BackEndSettings, subject: object, device: str = "cpu") -> Reconstruction:
@@ -74,7 +76,7 @@ def reconstruct(views: Views, settings: BackEndSettings, subject: object, device
         UserError: the views cannot be reconstructed by anything, or the back end is not installed here.
     """
     check_views(views, subject)
-    lacking = why_not(settings.back_end)
+    lacking = why_not(settings)
     if lacking is not None:
         raise UserError(f"back end {settings.back_end}", lacking.cause, lacking.remedy or "install it")
     module, _, function = find(settings.back_end).reconstruct.partition(":")

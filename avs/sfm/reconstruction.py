@@ -13,6 +13,7 @@ from avs.scene.views import Views
 from avs.sfm.cloud import Cloud
 from avs.system.errors import UserError
 from avs.system.models import Seed, StrictModel
+from avs.system.reasons import Reason
 
 Poses = Literal["known", "free"]
 """Whether a back end takes the poses of the cameras as they are, or finds its own. Focal lengths are known to both."""
@@ -51,6 +52,10 @@ class BackEndSettings(StrictModel):
     back_end: str
     poses: Poses
     seed: Seed = 0
+
+    def lacks(self) -> Reason | None:
+        """Return which file that the settings name, such as weights, is not there, and what helps; or None."""
+        return None
 
 
 class Reconstruct(Protocol):

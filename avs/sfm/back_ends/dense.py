@@ -1,0 +1,49 @@
+"""Dense stereo on the CPU: sparse points by COLMAP, depth maps by kernels of this suite, and COLMAP's fusion."""
+
+from __future__ import annotations
+
+from typing import Literal, cast
+
+from pydantic import Field
+
+from avs.scene.views import Views
+from avs.sfm.reconstruction import BackEnd, BackEndSettings, Poses, Reconstruction
+from avs.sfm.sfm_settings import FeatureSettings, FusionSettings, StereoSettings
+
+
+class DenseSettings(BackEndSettings):
+    """Settings of dense stereo."""
+
+    back_end: Literal["dense"] = "dense"
+    poses: Poses = "known"
+    features: FeatureSettings = Field(default_factory=FeatureSettings, description="of the sparse points")
+    stereo: StereoSettings = Field(default_factory=StereoSettings, description="of the depth maps")
+    fusion: FusionSettings = Field(default_factory=FusionSettings, description="of the cloud")
+
+
+def reconstruct(views: Views, settings: BackEndSettings, device: str) -> Reconstruction:
+    """Return the fused cloud of the views' depth maps; a view that shows nothing in common with others has none.
+
+    With free poses, incremental mapping comes first, and stereo uses the cameras that it finds.
+
+    Args:
+        views: at least two.
+        settings: ``DenseSettings``.
+        device: not used, all of it runs on the CPU.
+    """
+    from avs.sfm.dense_stereo import dense_cloud
+    from avs.sfm.sparse_models import mapped, triangulated
+
+    told = cast(DenseSettings, settings)
+    find = triangulated if told.poses == "known" else mapped
+    return dense_cloud(views, find(views, told.features, told.seed), told.stereo, told.fusion, told.seed)
+
+
+BACK_END = BackEnd(
+    label="Dense stereo",
+    settings=DenseSettings,
+    reconstruct="avs.sfm.back_ends.dense:reconstruct",
+    packages={"pycolmap": "pip install pycolmap==4.2.1"},
+    source="Schoenberger et al., Pixelwise View Selection for Unstructured Multi-View Stereo, ECCV 2016 (fusion)",
+    licence="BSD-3-Clause (COLMAP)",
+)
