@@ -113,6 +113,17 @@ def test_a_changed_table_is_set_aside_and_made_again(finished, copied):
     assert planned(copied)[0] == set()
 
 
+def test_a_plan_that_is_gone_is_written_again(copied):
+    plan = copied / RESULTS / "plan.json"
+    before = plan.read_bytes()
+    plan.unlink()
+    assert len(planned(copied)[0]) == 1  # one job, since without any nothing is written
+    assert not plan.exists()
+    assert run(copied, "-j1", "tables").returncode == 0
+    assert plan.read_bytes() == before
+    assert planned(copied)[0] == set()
+
+
 def test_a_table_of_no_target_is_set_aside(copied):
     (copied / "tiny.yaml").write_text(yaml.safe_dump(tiny() | {"common_states": None}))
     result = run(copied, "-j2", "tables")
