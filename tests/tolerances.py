@@ -113,3 +113,8 @@ COVERAGE_UNITS = 1e-9
 COVERAGE_STRAY = 0.02
 # 3,000 points on a sphere: the point straight above another is there, because both shells have the same directions.
 COVERAGE_SHELLS = 1e-12
+# avs/sfm/stereo_vectors.py: a coordinate of float32 below 32 has an error of 2e-6; times steps of 255 grey values.
+BILINEAR_SAMPLE = 1e-3
+# avs/sfm/plane_sweep.py, semi_global.py: running sums of float32 of grey values squared, up to 49 times 65025, whose
+# difference is a variance of some thousands.
+SWEEP_COST = 2e-3

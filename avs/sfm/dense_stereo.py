@@ -1,61 +1,80 @@
-"""The dense cloud of a sparse model: a depth map for each view, and their fusion."""
+"""The dense cloud of views whose poses are known: a depth map for each, and their fusion."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from avs.scene.cameras import Cameras
+from avs.scene.points import Points
 from avs.scene.views import Views
 from avs.sfm.cloud import empty_cloud
-from avs.sfm.depth_maps import DepthMap, depth_map, grey_of
+from avs.sfm.depth_maps import DepthMap, FloatMap, Grey, Stereo, depth_map, grey_of, refined
 from avs.sfm.fusion import fused
 from avs.sfm.reconstruction import Reconstruction
 from avs.sfm.sfm_settings import FusionSettings, StereoSettings
 from avs.sfm.source_views import inverse_depths, source_views
-from avs.sfm.sparse_models import SparseModel
 
 
 def dense_cloud(
-    views: Views, sparse: SparseModel, stereo: StereoSettings, fusion: FusionSettings, seed: int
+    views: Views, points: Points, stereo: StereoSettings, fusion: FusionSettings, seed: int
 ) -> Reconstruction:
-    """Return the fused depth maps of the views that a sparse model holds.
+    """Return the fused depth maps of views; one that shows nothing in common with others has none.
 
     Args:
-        views: at least two.
-        sparse: their sparse model; its cameras, if it found any, take the place of the views' own.
+        views: at least two, of known poses.
+        points: sparse points that tell their depths and which views go together.
         stereo: settings of the depth maps.
         fusion: settings of the cloud.
         seed: of PatchMatch.
     """
-    found = sparse.reconstruction
-    here = views[[views.names.index(name) for name in found.registered]]
-    if found.cameras is not None:
-        here = replace(here, cameras=found.cameras)
-    if not len(sparse.points):
-        return replace(found, cloud=empty_cloud())
-    maps = depth_maps(here, sparse, stereo, seed)
-    return replace(found, cloud=fused(here, maps, fusion))
-
-
-def depth_maps(views: Views, sparse: SparseModel, settings: StereoSettings, seed: int) -> dict[int, DepthMap]:
-    """Return the depth maps of the views of a sparse model by row; a view without sources has none."""
-    greys = [grey_of(image) for image in views.images]
-    sources = source_views(sparse.points, views.cameras, settings.sources)
-    limits = inverse_depths(sparse.points, views.cameras)
-    return {
-        row: depth_map(
-            [greys[row], *(greys[other] for other in others)],
-            _of(views.cameras, row, others.tolist()),
-            (limits[row, 0], limits[row, 1]),
-            settings,
-            seed,
-        )
-        for row, others in enumerate(sources)
-        if len(others)
+    maps = depth_maps(views, points, stereo, seed)
+    lost = {
+        name: "shows nothing in common with another view" for row, name in enumerate(views.names) if row not in maps
     }
+    if not maps:
+        return Reconstruction(empty_cloud(), (), lost)
+    return Reconstruction(fused(views, maps, fusion), tuple(views.names[row] for row in maps), lost)
 
 
-def _of(cameras: Cameras, row: int, others: list[int]) -> Cameras:
-    return cameras[np.array([row, *others], dtype=np.int64)]
+def depth_maps(views: Views, points: Points, settings: StereoSettings, seed: int) -> dict[int, DepthMap]:
+    """Return the depth maps of views by row; a view without sources has none."""
+    if not len(points):
+        return {}
+    greys = [grey_of(image) for image in views.images]
+    limits = inverse_depths(points, views.cameras)
+    sources = {
+        row: found for row, found in enumerate(source_views(points, views.cameras, settings.sources)) if len(found)
+    }
+    pairs = {
+        row: Stereo(
+            [greys[row], *(greys[other] for other in others)],
+            views.cameras[[row, *others.tolist()]],
+            (limits[row, 0], limits[row, 1]),
+        )
+        for row, others in sources.items()
+    }
+    maps = {row: depth_map(stereo, settings, seed) for row, stereo in pairs.items()}
+    for turn in range(settings.agreements):
+        told = {row: _told(maps, row, greys[row]) for row in range(len(views))}
+        maps = {
+            row: refined(
+                stereo,
+                maps[row].planes,
+                _step(stereo.limits, settings) / 4,
+                settings.agreement_iterations,
+                seed + 1 + turn,
+                [told[other] for other in sources[row]],
+            )
+            for row, stereo in pairs.items()
+        }
+    return maps
+
+
+def _told(maps: dict[int, DepthMap], row: int, grey: Grey) -> FloatMap:
+    """Return the inverse depths of a view, 0 if it has none."""
+    if row in maps:
+        return np.ascontiguousarray(maps[row].planes[..., 0])
+    return np.zeros(grey.shape, dtype=np.float32)
+
+
+def _step(limits: tuple[float, float], settings: StereoSettings) -> float:
+    return (limits[1] - limits[0]) / (settings.planes - 1)

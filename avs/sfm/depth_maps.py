@@ -14,7 +14,7 @@ from avs.sfm.patch_match import IMPOSSIBLE, NOWHERE, STEEPEST, TRIALS, columns_a
 from avs.sfm.plane_sweep import sweep
 from avs.sfm.semi_global import smoothed, winners
 from avs.sfm.sfm_settings import StereoSettings
-from avs.sfm.stereo_vectors import packed
+from avs.sfm.stereo_vectors import nearest_values, packed
 
 Grey = npt.NDArray[np.uint8]
 FloatMap = npt.NDArray[np.float32]
@@ -31,14 +31,35 @@ class DepthMap:
     """What stereo says of one view.
 
     Attributes:
-        depth: ``[h, w]`` float32, along the optical axis.
-        normals: ``[h, w, 3]`` float32, of unit length, in the camera's axes, towards the camera.
-        cost: ``[h, w]`` float32 in 0..2: one less the mean correlation with the best two sources.
+        planes: ``[h, w, 3]`` float32: inverse depth along the optical axis, and its change by one column and by one row
+            on the plane that the surface is there.
+        cost: ``[h, w]`` float32: one less the mean correlation with the best two sources, and what their own depths
+            say against it.
     """
 
-    depth: FloatMap
-    normals: FloatMap
+    planes: FloatMap
     cost: FloatMap
+
+    @property
+    def depth(self) -> FloatMap:
+        """Depth along the optical axis, ``[h, w]`` float32, in scene units."""
+        depth: FloatMap = np.float32(1) / self.planes[..., 0]
+        return depth
+
+
+@dataclass(frozen=True)
+class Stereo:
+    """A view and its sources, to be compared.
+
+    Attributes:
+        pictures: grey, of the view and of its sources, at least one.
+        cameras: likewise.
+        limits: least and greatest inverse depth of the view.
+    """
+
+    pictures: list[Grey]
+    cameras: Cameras
+    limits: tuple[float, float]
 
 
 def grey_of(image: npt.NDArray[np.uint8]) -> Grey:
@@ -46,64 +67,49 @@ def grey_of(image: npt.NDArray[np.uint8]) -> Grey:
     return np.asarray(Image.fromarray(image).convert("L"))
 
 
-def depth_map(
-    pictures: list[Grey], cameras: Cameras, limits: tuple[float, float], settings: StereoSettings, seed: int
-) -> DepthMap:
-    """Return the depth map of the first of some views.
-
-    Args:
-        pictures: of the view and of its sources, at least one.
-        cameras: likewise.
-        limits: least and greatest inverse depth.
-        settings: see there.
-        seed: of PatchMatch.
-    """
-    planes = np.linspace(*limits, settings.planes).astype(np.float32)
-    factor = max(1, round(max(pictures[0].shape) / settings.sweep_side))
-    small = [_reduced(picture, factor) for picture in pictures]
+def depth_map(stereo: Stereo, settings: StereoSettings, seed: int) -> DepthMap:
+    """Return the depth map of a view by what its picture and those of its sources show."""
+    factor = max(1, round(max(stereo.pictures[0].shape) / settings.sweep_side))
+    small = [_reduced(picture, factor) for picture in stereo.pictures]
     sizes = np.array([picture.shape[::-1] for picture in small], dtype=np.int64)
-    inverse = _swept(small, cameras.resized(sizes), planes)
-    state = _slanted(inverse, pictures[0].shape)
-    state = refined(pictures, cameras, state, (limits[0], limits[1], float(planes[1] - planes[0])), settings, seed)
-    depth: FloatMap = np.float32(1) / state[..., 0]
-    return DepthMap(depth, _normals(state, cameras), state[..., 3])
+    planes = np.linspace(*stereo.limits, settings.planes).astype(np.float32)
+    inverse = _swept(small, stereo.cameras.resized(sizes), planes)
+    start = _slanted(inverse, stereo.pictures[0].shape)
+    return refined(stereo, start, float(planes[1] - planes[0]), settings.iterations, seed)
 
 
 def refined(
-    pictures: list[Grey],
-    cameras: Cameras,
-    state: FloatMap,
-    search: tuple[float, float, float],
-    settings: StereoSettings,
-    seed: int,
-) -> FloatMap:
-    """Return the planes of the first picture, and their costs, after PatchMatch, ``[h, w, 4]``.
+    stereo: Stereo, start: FloatMap, step: float, iterations: int, seed: int, depths: list[FloatMap] | None = None
+) -> DepthMap:
+    """Return the depth map of a view by PatchMatch.
 
     Args:
-        pictures: of the view and of its sources.
-        cameras: likewise.
-        state: ``[h, w, 3]``: inverse depth, its change by one column, and by one row.
-        search: least and greatest inverse depth, and the greatest change to begin with.
-        settings: see there.
+        stereo: the view and its sources.
+        start: ``[h, w, 3]``, see ``DepthMap.planes``.
+        step: greatest random change of an inverse depth in the first iteration; it halves with each.
+        iterations: how often every pixel is visited.
         seed: of the random changes.
+        depths: inverse depths of the sources, which the view's should agree with; or None.
     """
-    width = state.shape[1]
-    tilt = 1 / float(cameras.intrinsics[0, (0, 1), (0, 1)].mean())
-    steepest = STEEPEST * tilt * state[..., 0]
-    slopes = [np.clip(state[..., k], -steepest, steepest) for k in (1, 2)]
-    planes = [halves(state[..., 0], NOWHERE), *(halves(slope, 0.0) for slope in slopes)]
-    sorted_ = np.stack([*planes, np.full_like(planes[0], IMPOSSIBLE)])
-    sources, shapes = _joined(pictures[1:])
-    apart = columns_apart(pictures[0], int(np.abs(OFFSETS).max())).reshape(-1)
-    rng = np.random.Generator(np.random.SFC64(seed))
-    for step in range(settings.iterations):
-        shape = (3 * TRIALS, 2, sorted_.shape[2] - 2, sorted_.shape[3])
+    width = start.shape[1]
+    tilt = 1 / float(stereo.cameras.intrinsics[0, (0, 1), (0, 1)].mean())
+    steepest = STEEPEST * tilt * start[..., 0]
+    slopes = [np.clip(start[..., k], -steepest, steepest) for k in (1, 2)]
+    planes = [halves(start[..., 0], NOWHERE), *(halves(slope, 0.0) for slope in slopes)]
+    state = np.stack([*planes, np.full_like(planes[0], IMPOSSIBLE)])
+    sources, shapes = _joined(stereo.pictures[1:])
+    known = nearest_values(depths) if depths else np.zeros(0, dtype=np.float32)
+    apart = columns_apart(stereo.pictures[0], int(np.abs(OFFSETS).max())).reshape(-1)
+    maps, rng = _maps(stereo.cameras).reshape(-1), np.random.Generator(np.random.SFC64(seed))
+    for number in range(iterations):
+        shape = (3 * TRIALS, 2, state.shape[2] - 2, state.shape[3])
         noise = 2 * rng.random(shape, dtype=np.float32) - 1
-        change = search[2] * 0.5**step, 2 * tilt * 0.6**step
-        bounds = np.array([0.8 * search[0], 1.25 * search[1], *change, STEEPEST * tilt], dtype=np.float32)
-        maps = _maps(cameras).reshape(-1)
-        visit(apart, sources, shapes.reshape(-1), maps, OFFSETS, noise, sorted_, bounds, width, step == 0)
-    return np.stack([whole(part, width) for part in sorted_], axis=-1)
+        change = step * 0.5**number, 2 * tilt * 0.6**number
+        bounds = (0.8 * stereo.limits[0], 1.25 * stereo.limits[1], *change, STEEPEST * tilt)
+        search = np.array(bounds, dtype=np.float32)
+        visit(apart, sources, known, shapes.reshape(-1), maps, OFFSETS, noise, state, search, width, number == 0)
+    parts = [whole(part, width) for part in state]
+    return DepthMap(np.stack(parts[:3], axis=-1), parts[3])
 
 
 def _swept(pictures: list[Grey], cameras: Cameras, planes: FloatMap) -> FloatMap:
@@ -135,16 +141,16 @@ def _slanted(inverse: FloatMap, shape: tuple[int, ...]) -> FloatMap:
     return np.stack([place, slopes[0][at] * by_column, slopes[1][at] * by_row], axis=-1).astype(np.float32)
 
 
-def _normals(state: FloatMap, cameras: Cameras) -> FloatMap:
-    """Return the unit normals ``[h, w, 3]`` of planes, towards the camera, the first of ``cameras``.
+def normals_of(planes: FloatMap, camera: Cameras) -> FloatMap:
+    """Return the unit normals ``[h, w, 3]`` of planes, in the axes of the camera, towards it.
 
     On a plane ``m . X = 1`` the inverse depth at a pixel is m times the pixel's ray, so that its changes tell m.
     """
-    height, width = state.shape[:2]
-    matrix = cameras.intrinsics[0]
+    height, width = planes.shape[:2]
+    matrix = camera.intrinsics[0]
     columns, rows = np.arange(width) + 0.5, (np.arange(height) + 0.5)[:, None]
-    third = state[..., 0] - state[..., 1] * (columns - matrix[0, 2]) - state[..., 2] * (rows - matrix[1, 2])
-    vectors = -np.stack([state[..., 1] * matrix[0, 0], state[..., 2] * matrix[1, 1], third], axis=-1)
+    third = planes[..., 0] - planes[..., 1] * (columns - matrix[0, 2]) - planes[..., 2] * (rows - matrix[1, 2])
+    vectors = -np.stack([planes[..., 1] * matrix[0, 0], planes[..., 2] * matrix[1, 1], third], axis=-1)
     normals: FloatMap = (vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)).astype(np.float32)
     return normals
 

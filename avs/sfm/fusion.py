@@ -15,7 +15,7 @@ from avs.scene.points import Points
 from avs.scene.views import Views
 from avs.sfm.cloud import Cloud
 from avs.sfm.colmap_workspace import library, row_name, workspace
-from avs.sfm.depth_maps import DepthMap
+from avs.sfm.depth_maps import DepthMap, normals_of
 from avs.sfm.sfm_settings import FusionSettings
 from avs.sfm.source_views import visible
 
@@ -49,7 +49,8 @@ def fused(views: Views, maps: Mapping[int, DepthMap], settings: FusionSettings) 
             (stereo / name).mkdir(parents=True)
         for row, depth in kept.items():
             _write_map(stereo / "depth_maps" / f"{row_name(row)}.geometric.bin", depth[..., None])
-            _write_map(stereo / "normal_maps" / f"{row_name(row)}.geometric.bin", maps[row].normals)
+            normals = normals_of(maps[row].planes, views.cameras[row])
+            _write_map(stereo / "normal_maps" / f"{row_name(row)}.geometric.bin", normals)
         (stereo / "fusion.cfg").write_text("".join(f"{row_name(row)}\n" for row in sorted(kept)))
         names = [row_name(row) for row in range(len(views))]
         write_model(folder / "sparse", as_model(names, views.cameras, _shared_points(views.cameras, kept)))

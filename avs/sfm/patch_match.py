@@ -18,7 +18,7 @@ from avs.rasterizer.kernels import Floats, Integers, Number, inline, kernel
 from avs.rasterizer.simd import LANES, absolute, broadcast, exp2, maximum, minimum, square_root, where
 from avs.rasterizer.simd_memory import load, store
 from avs.sfm.plane_sweep import NOISE, UNKNOWN
-from avs.sfm.stereo_vectors import EDGE, sample
+from avs.sfm.stereo_vectors import EDGE, nearest, sample
 
 IMPOSSIBLE = 2.0
 """Cost of a plane that no source sees: that of no correlation at all is 1."""
@@ -28,6 +28,9 @@ SOFTNESS = 15.0
 
 STEEPEST = 5.0
 """Tangent of the angle between a surface and the picture, at most."""
+
+AGREEMENT, TOLERANCE = 0.3, 0.02
+"""Cost of a depth that a source's own depth contradicts, and by how much, relative to it, they then differ at least."""
 
 TRIALS = 3
 """Random changes at each visit: of the depth, of the slope, of both. Each takes three numbers."""
@@ -83,14 +86,15 @@ def _stride(width: int) -> int:
 
 @kernel
 def visit(
-    apart: Floats, sources: Integers, sizes: Integers, maps: Floats, offsets: Integers, noise: Floats, state: Floats,
-    bounds: Floats, width: int, first: bool,
+    apart: Floats, sources: Integers, depths: Floats, sizes: Integers, maps: Floats, offsets: Integers, noise: Floats,
+    state: Floats, bounds: Floats, width: int, first: bool,
 ) -> None:  # fmt: skip
     """Visit every pixel once, and improve the planes in place.
 
     Args:
         apart: of ``columns_apart``, flat, with the greatest offset for its reach.
         sources: packed pictures of s views, see ``plane_sweep.sweep``.
+        depths: inverse depths of the sources, likewise, 0 where they are not known; or empty, if none are.
         sizes: ``[s * 3]``, see there.
         maps: ``[s * 12]``, see there.
         offsets: ``[samples, 2]`` int64, columns and rows of the window's pixels from its middle.
@@ -113,7 +117,7 @@ def visit(
             for j in range(MARGIN, stride - MARGIN, LANES):
                 x = 2.0 * (load(lanes, 0) + np.float32(j - MARGIN)) + np.float32(odd)
                 spread = _set_window(apart, offsets, weights, own, y, j, odd, height, stride, reach)
-                scene = (weights, own, offsets, sources, sizes, maps, bounds)
+                scene = (weights, own, offsets, sources, sizes, maps, bounds, depths)
                 view = (x, np.float32(y), spread)
                 at = (color * tall + y + 1) * stride + j
                 now = _plane_at(flat, at, 2 * tall * stride)
@@ -219,7 +223,7 @@ def _cost(scene: Number, view: Number, plane: Number) -> Number:
 @inline
 def _cost_in(scene: Number, s: int, view: Number, plane: Number) -> Number:
     """Return the costs of planes in one source, one less the weighted correlation; ``IMPOSSIBLE`` where not seen."""
-    weights, own, offsets, sources, sizes, maps, _ = scene
+    weights, own, offsets, sources, sizes, maps, _, depths = scene
     x, y, spread = view
     there, across, down = plane
     m, start, rows, wide = 12 * s, sizes[3 * s], sizes[3 * s + 1], sizes[3 * s + 2]
@@ -244,4 +248,10 @@ def _cost_in(scene: Number, s: int, view: Number, plane: Number) -> Number:
         sums, squares = sums + weighted, squares + weighted * grey
         products = products + load(own, k * LANES) * grey
     variance = maximum(squares - sums * sums, 0.0) + NOISE
-    return where(seen, 1.0 - products * spread / square_root(variance), IMPOSSIBLE)
+    cost = 1.0 - products * spread / square_root(variance)
+    if len(depths) > 0:
+        inverse = 1.0 / pz
+        u, v = minimum(maximum(px * inverse, 0.0), right), minimum(maximum(py * inverse, 0.0), low)
+        apart = absolute(nearest(depths, start, wide, u, v) * pz / there - 1.0)
+        cost = cost + AGREEMENT * minimum(apart * (1.0 / TOLERANCE), 1.0)
+    return where(seen, cost, IMPOSSIBLE)

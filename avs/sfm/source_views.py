@@ -15,8 +15,11 @@ ones see little depth, wide ones show another side of the surface."""
 ENOUGH = 20
 """Points of a view that tell its depths; with fewer, all points that its picture could show are asked too."""
 
-NEAREST_SHARE, FARTHEST_SHARE = 0.75, 1.5
-"""How far beyond the sparse points' depths the surface may lie: nearer and farther, as factors."""
+STRAY = 3.0
+"""Percent of the points at either end of the depths that may be wrong."""
+
+NEAREST_SHARE, FARTHEST_SHARE = 0.65, 2.5
+"""How far beyond the other points' depths the surface may lie: nearer and farther, as factors."""
 
 
 def visible(positions: FloatArray, cameras: Cameras) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
@@ -57,10 +60,10 @@ def inverse_depths(points: Points, cameras: Cameras) -> FloatArray:
     A view that no point tells of gets those of all views together, or NaN if there is no point at all.
     """
     ranges = np.full((len(cameras), 2), np.nan)
-    for row, here in enumerate(_points_of(points, cameras)):
-        depths, inside = visible(points.positions[here], cameras[row])
+    for row in range(len(cameras)):
+        depths, inside = visible(points.positions, cameras[row])
         if inside.any():
-            near, far = np.percentile(depths[inside], [1, 99])
+            near, far = np.percentile(depths[inside], [STRAY, 100 - STRAY])
             ranges[row] = 1 / (FARTHEST_SHARE * far), 1 / (NEAREST_SHARE * near)
     unknown = np.isnan(ranges[:, 0])
     if not unknown.all():

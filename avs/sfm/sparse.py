@@ -158,17 +158,23 @@ def epipolar_errors(first: FloatArray, second: FloatArray, cameras: Cameras) -> 
         second: ``[m, 2]`` pixels of the second.
         cameras: the two.
     """
+    matrix = fundamental(cameras)
+    ones = np.ones((len(first), 1))
+    left, right = np.hstack([first, ones]), np.hstack([second, ones])
+    lines, lines_back = left @ matrix.T, right @ matrix
+    slopes = (lines[:, :2] ** 2).sum(axis=1) + (lines_back[:, :2] ** 2).sum(axis=1)
+    errors: npt.NDArray[np.float64] = np.abs((right * lines).sum(axis=1)) / np.sqrt(np.maximum(slopes, 1e-300))
+    return errors
+
+
+def fundamental(cameras: Cameras) -> FloatArray:
+    """Return the fundamental matrix ``[3, 3]`` F of two cameras: pixels of one point fulfil ``x2 . F x1 = 0``."""
     relative = cameras.world_to_camera[1] @ np.linalg.inv(cameras.world_to_camera[0])
     x, y, z = relative[:3, 3]
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     back = np.linalg.inv(cameras.intrinsics)
-    fundamental = back[1].T @ cross @ relative[:3, :3] @ back[0]
-    ones = np.ones((len(first), 1))
-    left, right = np.hstack([first, ones]), np.hstack([second, ones])
-    lines, lines_back = left @ fundamental.T, right @ fundamental
-    slopes = (lines[:, :2] ** 2).sum(axis=1) + (lines_back[:, :2] ** 2).sum(axis=1)
-    errors: npt.NDArray[np.float64] = np.abs((right * lines).sum(axis=1)) / np.sqrt(np.maximum(slopes, 1e-300))
-    return errors
+    matrix: FloatArray = back[1].T @ cross @ relative[:3, :3] @ back[0]
+    return matrix
 
 
 def _model_of(database: Path, cameras: Cameras) -> Any:  # noqa: ANN401

@@ -35,19 +35,46 @@ def packed(grey: npt.NDArray[np.uint8]) -> npt.NDArray[np.int32]:
     return np.ascontiguousarray(joined).view(np.int32).reshape(-1)
 
 
+def nearest_values(maps: list[npt.NDArray[np.float32]]) -> npt.NDArray[np.float32]:
+    """Return the numbers of maps ``[h, w]`` one after another, for ``nearest``."""
+    return np.concatenate([one.reshape(-1) for one in maps])
+
+
 def _all(value: int) -> ir.Constant:
     return ir.Constant(_INTS, [value] * LANES)
 
 
-def _scattered(context: Part, builder: Part, kind: Part, array: Part, start: Part, places: Part) -> Part:
-    """Emit the loads of sixteen elements of a one-dimensional int32 array, counted from ``start`` on."""
+def _places(builder: Part, wide: Part, columns: Part, rows: Part) -> Part:
+    """Emit ``rows * wide + columns``."""
+    narrow = builder.trunc(wide, ir.IntType(32))
+    one = builder.insert_element(ir.Constant(_INTS, ir.Undefined), narrow, ir.Constant(ir.IntType(32), 0))
+    stride = builder.shuffle_vector(one, ir.Constant(_INTS, ir.Undefined), _all(0))
+    return builder.add(builder.mul(rows, stride), columns)
+
+
+def _scattered(context: Part, builder: Part, kind: Part, vector: Part, array: Part, start: Part, places: Part) -> Part:
+    """Emit the loads of sixteen elements of a one-dimensional array, counted from ``start`` on, as a ``vector``."""
     data = builder.gep(context.make_array(kind)(context, builder, array).data, [start])
-    loaded = ir.Constant(_INTS, ir.Undefined)
+    loaded = ir.Constant(vector, ir.Undefined)
     for lane in range(LANES):
         number = ir.Constant(ir.IntType(32), lane)
         place = builder.sext(builder.extract_element(places, number), ir.IntType(64))
         loaded = builder.insert_element(loaded, builder.load(builder.gep(data, [place])), number)
     return loaded
+
+
+@_intrinsic
+def nearest(typingctx: Part, values: Part, start: Part, width: Part, x: Part, y: Part) -> Part:
+    """Return the numbers of a map at the pixels nearest to sixteen places; arguments are those of ``sample``."""
+
+    def codegen(context: Part, builder: Part, signature: Part, arguments: Part) -> Part:
+        array, start, wide, x, y = arguments
+        half = ir.Constant(FLOATS, [0.5] * LANES)
+        columns, rows = (builder.fptosi(builder.fadd(place, half), _INTS) for place in (x, y))
+        places = _places(builder, wide, columns, rows)
+        return _scattered(context, builder, signature.args[0], FLOATS, array, start, places)
+
+    return VECTOR(values, types.int64, types.int64, VECTOR, VECTOR), codegen
 
 
 @_intrinsic
@@ -69,14 +96,8 @@ def sample(typingctx: Part, picture: Part, start: Part, width: Part, x: Part, y:
         across, down = (
             builder.fsub(place, builder.sitofp(whole, FLOATS)) for place, whole in ((x, columns), (y, rows))
         )
-        narrow = builder.trunc(wide, ir.IntType(32))
-        stride = builder.shuffle_vector(
-            builder.insert_element(ir.Constant(_INTS, ir.Undefined), narrow, ir.Constant(ir.IntType(32), 0)),
-            ir.Constant(_INTS, ir.Undefined),
-            _all(0),
-        )
-        places = builder.add(builder.mul(rows, stride), columns)
-        quads = _scattered(context, builder, signature.args[0], array, start, places)
+        places = _places(builder, wide, columns, rows)
+        quads = _scattered(context, builder, signature.args[0], _INTS, array, start, places)
         corners = [
             builder.sitofp(builder.and_(builder.lshr(quads, _all(shift)), _all(255)), FLOATS)
             for shift in (0, 8, 16, 24)

@@ -27,10 +27,9 @@ import numpy as np  # noqa: E402
 from scipy import ndimage  # noqa: E402
 
 from avs.scene.cameras import Cameras  # noqa: E402
-from avs.sfm.depth_maps import refined  # noqa: E402
+from avs.sfm.depth_maps import Stereo, refined  # noqa: E402
 from avs.sfm.plane_sweep import sweep  # noqa: E402
 from avs.sfm.semi_global import smoothed, winners  # noqa: E402
-from avs.sfm.sfm_settings import StereoSettings  # noqa: E402
 from avs.sfm.stereo_vectors import packed  # noqa: E402
 
 PLANES = 64
@@ -78,8 +77,8 @@ def visited(left, right, disparity):
     """Return the disparities of the left picture after one visit of all pixels by PatchMatch."""
     height, width = left.shape
     state = np.stack([disparity, 0 * disparity, 0 * disparity], axis=-1).astype(np.float32)
-    settings = StereoSettings(iterations=1)
-    return refined([left, right], pair_cameras(height, width), state, (0.5, float(PLANES), 0.5), settings, 0)[..., 0]
+    pair = Stereo([left, right], pair_cameras(height, width), (0.5, float(PLANES)))
+    return refined(pair, state, 0.5, 1, 0).planes[..., 0]
 
 
 def by_opencv(left, right):

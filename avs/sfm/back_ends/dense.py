@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Literal, cast
 
 from pydantic import Field
 
 from avs.scene.views import Views
-from avs.sfm.reconstruction import BackEnd, BackEndSettings, Poses, Reconstruction
-from avs.sfm.sfm_settings import FeatureSettings, FusionSettings, StereoSettings
+from avs.sfm.reconstruction import FEWEST, BackEnd, BackEndSettings, Poses, Reconstruction
+from avs.sfm.sfm_settings import FeatureSettings, FusionSettings, GuidedSettings, StereoSettings
 
 
 class DenseSettings(BackEndSettings):
@@ -16,7 +17,8 @@ class DenseSettings(BackEndSettings):
 
     back_end: Literal["dense"] = "dense"
     poses: Poses = "known"
-    features: FeatureSettings = Field(default_factory=FeatureSettings, description="of the sparse points")
+    points: GuidedSettings = Field(default_factory=GuidedSettings, description="of sparse points between known poses")
+    features: FeatureSettings = Field(default_factory=FeatureSettings, description="of the mapping that finds poses")
     stereo: StereoSettings = Field(default_factory=StereoSettings, description="of the depth maps")
     fusion: FusionSettings = Field(default_factory=FusionSettings, description="of the cloud")
 
@@ -32,11 +34,20 @@ def reconstruct(views: Views, settings: BackEndSettings, device: str) -> Reconst
         device: not used, all of it runs on the CPU.
     """
     from avs.sfm.dense_stereo import dense_cloud
-    from avs.sfm.sparse_models import mapped, triangulated
+    from avs.sfm.guided_points import guided_points
+    from avs.sfm.sparse_models import mapped
 
     told = cast(DenseSettings, settings)
-    find = triangulated if told.poses == "known" else mapped
-    return dense_cloud(views, find(views, told.features, told.seed), told.stereo, told.fusion, told.seed)
+    if told.poses == "known":
+        return dense_cloud(views, guided_points(views, told.points), told.stereo, told.fusion, told.seed)
+    sparse = mapped(views, told.features, told.seed)
+    found = sparse.reconstruction
+    if found.cameras is None or len(found.registered) < FEWEST:
+        return found
+    here = replace(views[[views.names.index(name) for name in found.registered]], cameras=found.cameras)
+    dense = dense_cloud(here, sparse.points, told.stereo, told.fusion, told.seed)
+    rows = [found.registered.index(name) for name in dense.registered]
+    return replace(dense, left_out={**found.left_out, **dense.left_out}, cameras=found.cameras[rows], notes=found.notes)
 
 
 BACK_END = BackEnd(
