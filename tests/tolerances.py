@@ -118,3 +118,9 @@ BILINEAR_SAMPLE = 1e-3
 # avs/sfm/plane_sweep.py, semi_global.py: running sums of float32 of grey values squared, up to 49 times 65025, whose
 # difference is a variance of some thousands.
 SWEEP_COST = 2e-3
+# avs/sfm/dense_stereo.py, of 16 far-apart views of 160 px. Measured: a median relative error of 0.0086; 0.39 of the
+# pixels of at most the greatest cost, which are 0.65 of all, within 1 % of the extent; 0.58 of the fused points.
+DENSE_DEPTH = 0.011
+DENSE_WITHIN = 0.35
+DENSE_COVERED = 0.6
+DENSE_WITHIN_CLOUD = 0.53

@@ -58,6 +58,7 @@ def features_of(image: npt.NDArray[np.uint8], count: int) -> Features:
     """Return the ``count`` strongest SIFT features of a colour image, at most."""
     import cv2
 
+    cv2.setNumThreads(1)  # as everywhere in a process of the workflow
     found: Any
     keypoints, found = cv2.SIFT.create(nfeatures=count, contrastThreshold=0.02).detectAndCompute(
         cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), None

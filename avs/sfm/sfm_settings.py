@@ -35,9 +35,9 @@ class StereoSettings(StrictModel):
     sources: int = Field(6, ge=1, le=16, description="views that a view is compared with")
     planes: int = Field(64, ge=16, le=512, multiple_of=16, description="depths of the plane sweep, even in 1 / depth")
     sweep_side: int = Field(240, ge=32, description="long side in pixels of the pictures of the sweep, about")
-    iterations: int = Field(3, ge=1, description="of PatchMatch, on the full pictures")
-    agreements: int = Field(0, ge=0, description="times that depth maps are refined to agree with those of the sources")
-    agreement_iterations: int = Field(2, ge=1, description="of PatchMatch, each of these times")
+    iterations: int = Field(2, ge=1, description="of PatchMatch, on the full pictures")
+    agreements: int = Field(1, ge=0, description="times that depth maps are refined to agree with those of the sources")
+    agreement_iterations: int = Field(1, ge=1, description="of PatchMatch, each of these times")
 
 
 class FusionSettings(StrictModel):
@@ -47,4 +47,4 @@ class FusionSettings(StrictModel):
     depth_error: float = Field(0.01, gt=0, description="relative difference of depths that agree (COLMAP: 0.01)")
     normal_error: float = Field(30.0, gt=0, le=180, description="degrees between normals that agree (COLMAP: 10)")
     pixel_error: float = Field(1.0, gt=0, description="pixels between projections that agree (COLMAP: 2)")
-    worst_cost: float = Field(0.5, gt=0, le=2, description="matching cost above which a pixel has no depth")
+    worst_cost: float = Field(0.65, gt=0, le=2, description="matching cost above which a pixel has no depth")
