@@ -61,6 +61,7 @@ include: "workflows/rules/integrity.smk"
 onstart:
     set_outdated_aside()
     write_plan()
+    write_sources(Path(CODE))
 
 
 onsuccess:

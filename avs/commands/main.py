@@ -9,6 +9,7 @@ from __future__ import annotations
 import gc
 import io
 import sys
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -28,10 +29,12 @@ def sources(
     made_of: Annotated[
         str | None, typer.Option(help="tells of the files that a job reads and no job makes; kept beside its log")
     ] = None,
+    planned_with: Annotated[
+        Path | None, typer.Option(help="list of the code that a run is planned with; a job of other code fails")
+    ] = None,
 ) -> None:
     """Take what holds for every command."""
-    if made_of is not None:
-        remember_sources(made_of)
+    remember_sources(made_of, planned_with)
 
 
 for stage in STAGES:

@@ -19,7 +19,7 @@ from avs.datasets.reader import Reader
 from avs.datasets.reader_registry import readers
 from avs.iqa.cross_reference.scorer_settings import BACKBONE_OF, RenderSettings, ScorerSettings
 from avs.nvs.common_states_settings import CommonStatesSettings
-from avs.nvs.protocol import ProtocolSettings, protocol_of_method
+from avs.nvs.protocol import ProtocolSettings, check_own_settings, protocol_of_method
 from avs.nvs.timing_settings import RuntimeSettings
 from avs.report.published import PRINTED_NAMES
 from avs.report.report_settings import ReportSettings
@@ -217,7 +217,9 @@ def protocol_of(config: Config, method: str) -> ProtocolSettings:
     registered = registry.methods().get(method)  # programs are not registered
     batches = None if registered is None else registered.method.batches
     try:
-        return protocol_of_method(config.protocol, batches, config.method_protocols.get(method, {}))
+        protocol = protocol_of_method(config.protocol, batches, config.method_protocols.get(method, {}))
+        check_own_settings(method, config.method_protocols.get(method, {}), config.protocol)
+        return protocol
     except ValidationError as error:
         raise readable(error, Config, "method_protocols", method) from None
 

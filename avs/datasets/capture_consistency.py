@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from avs.datasets.undistortion import projected
 from avs.scene.colmap import NO_POINT, Model, ModelImage
 from avs.scene.colmap.conversion import rotation_matrix, sorted_images
+from avs.scene.points import Points
 
 _FEWEST = 3
 """Observations from which an image can be judged."""
@@ -33,6 +36,28 @@ def consistency_notes(model: Model) -> list[str]:
     return [
         f"{which} see their points more than {_SHARE:.0%} of their side from where the model says: "
         "its cameras, poses and points may not belong together"
+    ]
+
+
+def unseen_notes(names: Sequence[str], listed: Points, seen: Points) -> list[str]:
+    """Return a note of the images that see none of the points that they observe by the model, if there are any.
+
+    A pose that is inverted, or far away, has its points behind the camera or beside the picture. Without keypoints, as
+    many programs write models, nothing else tells.
+
+    Args:
+        names: of the images, by their index in both.
+        listed: the points with all observations of the model.
+        seen: the points with the observations that lie in the pictures.
+    """
+    counts = [np.bincount(points.observations[:, 1], minlength=len(names)) for points in (listed, seen)]
+    blind = [name for name, told, left in zip(names, *counts, strict=True) if told >= _FEWEST and left < told / 2]
+    if not blind:
+        return []
+    more = "" if len(blind) <= _NAMED else f" and {len(blind) - _NAMED} more"
+    return [
+        f"{len(blind)} of {len(names)} images ({', '.join(blind[:_NAMED])}{more}) have most of the points that they "
+        "observe behind them or outside the picture: their poses may be wrong or inverted"
     ]
 
 

@@ -13,7 +13,7 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import Field
 
-from avs.datasets.capture_consistency import consistency_notes
+from avs.datasets.capture_consistency import consistency_notes, unseen_notes
 from avs.datasets.capture_folders import capture_files, find_captures
 from avs.datasets.capture_models import ChosenModel, choose_model
 from avs.datasets.capture_pictures import Picture, picture_notes, plan_pictures, unique_names
@@ -118,6 +118,7 @@ def _write(
             *repeat_notes(repeats),
             *picture_notes(source, pictures, settings, len(repeats)),
             *consistency_notes(model),
+            *unseen_notes(names, points_of(model), points),
             *_notes(model, points),
         ],
     )

@@ -18,6 +18,7 @@ class Evaluator:
 
     Attributes:
         absent: metrics that cannot be computed here, with the reason; they are null in the results.
+        empty: whether every rendering of the last call was of one colour: nothing of the reconstruction was seen.
     """
 
     def __init__(self, scene: Scene, settings: LpipsSettings, device: str = "cpu") -> None:
@@ -26,6 +27,7 @@ class Evaluator:
         Raises:
             UserError: a test image is missing or damaged, or the weights of LPIPS are not the published ones.
         """
+        self.empty = False
         self._cameras = scene.cameras[scene.test]
         self._names = [scene.names[index] for index in scene.test]
         self._photographs = scene.views(scene.test).images
@@ -44,8 +46,10 @@ class Evaluator:
     def __call__(self, renderer: Renderer) -> list[ImageMetrics]:
         """Return the metrics of every test image, in order of name."""
         found: dict[int, ImageMetrics] = {}
+        self.empty = True
         for _, indices in self._cameras.by_size():
             rgb = renderer.render(self._cameras[indices]).rgb
+            self.empty = self.empty and all(bool((image == image[:1, :1]).all()) for image in rgb)
             for index, image in zip(indices.tolist(), rgb, strict=True):
                 photograph = self._photographs[index]
                 found[index] = ImageMetrics(

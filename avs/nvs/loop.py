@@ -131,6 +131,9 @@ class _Loop:
                 self.session.restart()
         self.session.fit_until(protocol.iterations)
         self.measure()
+        if self.plan.evaluate.empty:
+            told = "every rendering of the test cameras is of one colour, so that its metrics are those of nothing"
+            self.notes.append(f"{self.plan.scene.name}: {told}")
 
     def measure(self) -> None:
         """Append the test metrics to the curve."""

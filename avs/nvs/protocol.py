@@ -8,6 +8,7 @@ from typing import Any, Literal, Self
 from pydantic import Field, PositiveInt, model_validator
 
 from avs.selection.contract import Batches
+from avs.system.errors import UserError
 from avs.system.models import StrictModel
 
 
@@ -71,6 +72,22 @@ class ProtocolSettings(StrictModel):
     def views_together(self) -> int:
         """Number of views that are chosen together."""
         return max(self.views_per_choice, self.views_per_step)
+
+
+OWN_SETTINGS = ("additions", "views_per_step", "views_per_choice", "refit")
+"""Settings of the loop that a method may have for itself: they belong to it, as the batches of FisherRF4 do."""
+
+
+def check_own_settings(method: str, own: Mapping[str, object], common: ProtocolSettings) -> None:
+    """Refuse settings of one method by which it could not be compared with the others.
+
+    Raises:
+        UserError: the budget, the number of iterations or the like is another one than that of all.
+    """
+    for key, value in own.items():
+        if key not in OWN_SETTINGS and value != getattr(common, key, value):
+            fault = f"{key} of one method alone makes its episodes incomparable with the others"
+            raise UserError(f"configuration: method_protocols.{method}", fault, f"set protocol.{key} for all of them")
 
 
 def protocol_of_method(common: ProtocolSettings, batches: Batches | None, own: Mapping[str, Any]) -> ProtocolSettings:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from avs.nvs.protocol import OWN_SETTINGS
 from avs.nvs.record import CurvePoint, Episode
 from avs.report.machines import Facts, machine_facts
 from avs.selection.contract import OWN_SCHEDULE
@@ -16,10 +17,6 @@ from avs.system.records import read_record
 
 Cell = tuple[str, int]
 """A scene and a seed: what two methods are paired on."""
-
-# Settings of the loop that may differ between the rows of one table, with a note: they belong to the method, as the
-# batches of FisherRF4 do. All others, and the whole reconstruction, must agree.
-_OWN_SETTINGS = ("additions", "views_per_step", "views_per_choice", "refit")
 
 
 @dataclass(frozen=True)
@@ -138,7 +135,7 @@ def differing_settings(episodes: Episodes) -> dict[str, list[tuple[str, str, str
     found: dict[str, list[tuple[str, str, str]]] = {}
     firsts = {method: next(iter(cells.values())) for method, cells in episodes.cells.items() if cells}
     elsewhere = {method for method, episode in firsts.items() if episode.group == OWN_SCHEDULE}
-    for key in _OWN_SETTINGS:
+    for key in OWN_SETTINGS:
         values = {method: episode.protocol.get(key) for method, episode in firsts.items()}
         common = [values[method] for method in values if method not in elsewhere] or list(values.values())
         usual = max(common, key=common.count)
@@ -162,8 +159,8 @@ def _check_comparable(path: Path, episode: Episode, dataset: dict[str, dict[Cell
     same_scene = next(
         other for cells in dataset.values() for (scene, _), other in cells.items() if scene == episode.scene
     )
-    shared = {key: value for key, value in episode.protocol.items() if key not in _OWN_SETTINGS}
-    expected = {key: value for key, value in first.protocol.items() if key not in _OWN_SETTINGS}
+    shared = {key: value for key, value in episode.protocol.items() if key not in OWN_SETTINGS}
+    expected = {key: value for key, value in first.protocol.items() if key not in OWN_SETTINGS}
     for name, own, other in (
         ("protocol", shared, expected),
         ("representation", episode.representation, first.representation),

@@ -16,10 +16,13 @@ from typing import NoReturn
 from avs.system.faults import Terminated, ending
 from avs.system.files import touched
 from avs.system.ledger import write_ledger
+from avs.system.loaded_sources import check_loaded
 
 _PR_SET_PDEATHSIG = 1
 
-_made_of: list[str] = []  # what this process was told of the files that its job reads and that no job makes
+# What this process was told of the files that its job reads and that no job makes: a stamp, and a list of the code.
+_made_of: list[str] = []
+_planned_with: list[Path] = []
 
 
 def die_with_parent() -> None:
@@ -32,9 +35,15 @@ def die_with_parent() -> None:
         os.kill(os.getpid(), signal.SIGKILL)
 
 
-def remember_sources(stamp: str) -> None:
-    """Keep what the workflow tells of the files that no job makes, for the list of what this process writes."""
-    _made_of[:] = [stamp]
+def remember_sources(stamp: str | None, planned_with: Path | None) -> None:
+    """Keep what the workflow tells of the files that no job makes, for the end of this process's job.
+
+    Args:
+        stamp: goes into the list of what is written.
+        planned_with: see ``avs.system.loaded_sources.check_loaded``.
+    """
+    _made_of[:] = [] if stamp is None else [stamp]
+    _planned_with[:] = [] if planned_with is None else [planned_with]
 
 
 class Console:
@@ -81,6 +90,8 @@ def job(log: Path | None) -> Iterator[Console]:
             _print_to(log)
             aside = error_stream
         yield console
+        for listed in _planned_with:
+            check_loaded(listed)
         if log is not None:
             write_ledger(log, touched()[earlier:], *_made_of)
     except BaseException as error:

@@ -50,6 +50,10 @@ def test_every_scale_follows_the_schema(path):
             "configuration: distortions: .*a data set is named twice",
         ),
         ({"method_protocols": {"fisherrf4": {"budgett": 1}}}, r"method_protocols\.fisherrf4\.budgett: unknown key"),
+        (
+            {"method_protocols": {"random": {"budget": 19}}},
+            r"method_protocols\.random: budget of one method alone makes its episodes incomparable",
+        ),
         ({"seeds": []}, "configuration: seeds: .*at least 1"),
         ({"seeds": [-1]}, r"configuration: seeds\.0: must be at least 0"),
         ({"seeds": [2**64]}, r"configuration: seeds\.0: must be less than 4294967296"),

@@ -6,7 +6,10 @@ import pytest
 from captures_factory import OPENCV, PINHOLE, SIMPLE_RADIAL, make_capture
 
 from avs.datasets.capture_consistency import consistency_notes
+from avs.datasets.capture_settings import CaptureSettings
+from avs.datasets.captures import prepare
 from avs.scene.colmap import read_model
+from avs.scene.scene import read_scene
 
 
 @pytest.fixture
@@ -59,3 +62,23 @@ def test_keypoints_that_no_program_measured_say_nothing(tmp_path):
     for image in model.images.values():
         image.keypoints[:] = np.nan
     assert consistency_notes(model) == []
+
+
+def test_inverted_poses_without_keypoints_are_told(tmp_path):
+    """The points then lie behind the cameras; no keypoint tells where they should be seen."""
+    make_capture(tmp_path / "capture")
+    folder = tmp_path / "capture" / "sparse" / "0"
+    reconstruction = pycolmap.Reconstruction(folder)
+    turned = pycolmap.Rigid3d(pycolmap.Rotation3d(np.array([0.0, 1.0, 0.0, 0.0])), np.zeros(3))  # half a turn about y
+    for identifier, image in reconstruction.images.items():
+        for keypoint in image.points2D:
+            keypoint.xy = np.zeros(2)
+        if identifier in (2, 3):
+            image.frame.set_cam_from_world(image.camera_id, turned * image.cam_from_world())
+    reconstruction.write(folder)
+    prepare(tmp_path / "capture", tmp_path / "toy", CaptureSettings(long_side=None))
+    notes = read_scene(tmp_path / "toy").notes
+    assert [note for note in notes if "behind them or outside the picture" in note] == [
+        "2 of 9 images (image 1.png, image 2.png) have most of the points that they observe behind them or outside the "
+        "picture: their poses may be wrong or inverted"
+    ]

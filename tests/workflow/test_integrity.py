@@ -187,3 +187,12 @@ def test_a_photograph_that_an_older_one_replaces_is_seen(tmp_path):
     shutil.copy2(second, first)
     os.utime(first, (1, 1))
     assert re.search(r"^scene +1$", run(folder, "-n", *words).stdout, re.MULTILINE)
+
+
+def test_code_that_the_kernels_share_with_the_episodes_reruns_both(finished, tmp_path):
+    """Snakemake would not look at the reasons of the episodes, were the kernels no real input of theirs."""
+    copied = copy_of(finished, tmp_path / "copied", linked=("metrics",))
+    assert planned(copied)[0] == set()
+    with open(copied / "avs/rasterizer/adam.py", "a") as source:
+        source.write("# another line\n")
+    assert planned(copied)[0] >= {"kernels", "episode", "common_states", "ranking_table"} | SHOWN

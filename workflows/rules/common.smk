@@ -43,11 +43,15 @@ made_of = stamp_of_inputs(RESULTS)
 ABSENT = absent_methods(settings)
 RUNNABLE = [method for method in settings.methods if method not in ABSENT]
 
-# Says that the kernels have been compiled here. Jobs take it as ancient(): they wait for it and never rerun for it.
+# Says that the kernels have been compiled here. No job takes it as ancient(): Snakemake 9.27 does not look at the reasons
+# of a job of its own while one that it depends on is to run, and so would pass over a change of code that both read.
 KERNELS = f"{RESULTS}/kernels"
 
+# The code that the run was planned with; a job fails that finds another one.
+CODE = f"{RESULTS}/code.sha256"
+
 # exec: the job becomes Snakemake's own child, so that it ends with it (see avs/system/job_process.py).
-AVS = "exec python -m avs"
+AVS = f"exec python -m avs --planned-with {CODE}"
 
 
 wildcard_constraints:

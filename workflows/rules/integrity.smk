@@ -6,6 +6,7 @@ from snakemake.persistence import PersistenceBase
 
 from avs.system.ledger import find_damage
 from avs.system.ledger import made_of as read_made_of
+from avs.system.loaded_sources import write_sources
 from avs.system.records import CHANGED
 
 SET_ASIDE = f"{RESULTS}/set_aside"

@@ -105,7 +105,7 @@ rule episode:
         downloads=downloads,
         views=listed_views,
         followed=followed_episode,
-        kernels=ancient(KERNELS),
+        kernels=KERNELS,
         settings=f"{RESULTS}/settings/episode/{{method}}.json",
         code=method_code,
     output:
@@ -172,7 +172,7 @@ rule common_states:
         scene=SCENE,
         weights=list(scoring_weights().values()),
         downloads=scoring_downloads(),
-        kernels=ancient(KERNELS),
+        kernels=KERNELS,
         settings=f"{RESULTS}/settings/common_states.json",
         code=scoring_code(),
     output:

@@ -47,7 +47,7 @@ def timed_episodes(wildcards):
 rule runtime_state:
     input:
         scene=SCENE,
-        kernels=ancient(KERNELS),
+        kernels=KERNELS,
         settings=f"{RESULTS}/settings/runtime_state.json",
         code=sources("avs.nvs.timing", REPRESENTATION.module),
     output:
@@ -72,7 +72,7 @@ rule runtime:
         state=f"{RUNTIME}/state.safetensors",
         weights=method_weights,
         downloads=timing_downloads,
-        kernels=ancient(KERNELS),
+        kernels=KERNELS,
         settings=f"{RESULTS}/settings/runtime/{{method}}.json",
         code=timing_code,
     output:

@@ -43,7 +43,7 @@ rule distortions:
     input:
         scene=SCENE,
         settings=f"{RESULTS}/settings/distortions.json",
-        kernels=ancient(KERNELS),
+        kernels=KERNELS,
         code=sources(
             "avs.iqa.cross_reference.distortion_renders", REPRESENTATION.module
         ),

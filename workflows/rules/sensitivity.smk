@@ -91,7 +91,7 @@ use rule episode as sensitivity_episode with:
         downloads=downloads,
         views=[],
         followed=[],
-        kernels=ancient(KERNELS),
+        kernels=KERNELS,
         settings=f"{RESULTS}/settings/sensitivity_episode/{{variant}}/{{method}}.json",
         code=method_code,
     output:
