@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import functools
 import importlib
 import pkgutil
@@ -10,21 +9,18 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Annotated, Any, cast
 
-from pydantic import GetCoreSchemaHandler, ValidationError
-from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+from pydantic import ValidationError
 
 from avs.representations.base import Kind, Representation, RepresentationSettings
 from avs.scene.cameras import IndexArray
 from avs.scene.scene import Scene
 from avs.system.errors import UserError
 from avs.system.models import first_fault
+from avs.system.named_settings import NamedSettings
 from avs.system.plugin_modules import import_each
 
 PACKAGE = "avs.representations"
 """The package whose sub-packages are searched."""
-
-DEFAULT = "gaussians"
-"""The kind of settings that name none."""
 
 Builder = Callable[[Scene, IndexArray, RepresentationSettings, int, str], Representation]
 
@@ -55,7 +51,7 @@ def find(name: str) -> Kind:
         UserError: there is none; the line lists near names.
     """
     if name not in kinds():
-        raise UserError(f"kind of representation {name!r}", "unknown", f"did you mean {_near(name)}?")
+        raise UserError(f"kind of representation {name!r}", "unknown", f"did you mean {_SETTINGS.near(name)}?")
     return kinds()[name]
 
 
@@ -86,39 +82,20 @@ def create_settings(values: Mapping[str, Any]) -> RepresentationSettings:
         UserError: the kind or a setting is unknown, or a value does not fit.
     """
     try:
-        return _checked(values)
+        return _SETTINGS.checked(values)
     except ValidationError as error:
         place, fault = first_fault(error, "representation")
         raise UserError(place, fault, "correct the value") from None
 
 
-def _checked(values: object) -> RepresentationSettings:
-    """Return ``values`` as the settings of their kind; raise a ``ValidationError`` that names their keys alone."""
-    if isinstance(values, RepresentationSettings):
-        return values
-    name = values.get("kind", DEFAULT) if isinstance(values, Mapping) else DEFAULT
-    if name in list(kinds()):
-        return kinds()[name].settings.model_validate(values)
-    context = {"name": repr(name), "near": _near(name)}
-    fault = PydanticCustomError("unknown_kind", "{name} is no kind of representation, did you mean {near}?", context)
-    raise ValidationError.from_exception_data(
-        "representation", [{"type": fault, "loc": ("kind",), "input": name}]
-    ) from None
+_SETTINGS = NamedSettings(
+    base=RepresentationSettings,
+    key="kind",
+    default="gaussians",
+    section="representation",
+    what="kind of representation",
+    kinds=lambda: {name: kind.settings for name, kind in kinds().items()},
+)
 
-
-def _near(name: object) -> str:
-    return ", ".join(difflib.get_close_matches(str(name), kinds(), n=3) or kinds())
-
-
-class _UnionOfKinds:
-    """Annotation of a field that takes the settings of any kind; its JSON schema lists all of them."""
-
-    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Check by ``_checked``: a union of pydantic's own would name the kind as if it were one of the keys."""
-        choices = {name: handler.generate_schema(kind.settings) for name, kind in kinds().items()}
-        union = core_schema.tagged_union_schema(choices, discriminator="kind")
-        return core_schema.no_info_wrap_validator_function(lambda values, _: _checked(values), union)
-
-
-AnyRepresentationSettings = Annotated[RepresentationSettings, _UnionOfKinds()]
-"""Settings of the kind that their field ``kind`` names; ``DEFAULT`` where there is no such field."""
+AnyRepresentationSettings = Annotated[RepresentationSettings, _SETTINGS]
+"""Settings of the kind that their field ``kind`` names; Gaussians where there is no such field."""

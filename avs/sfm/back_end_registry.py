@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import functools
 import importlib
 import importlib.util
@@ -11,20 +10,17 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Annotated, Any, cast
 
-from pydantic import GetCoreSchemaHandler, ValidationError
-from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+from pydantic import ValidationError
 
 from avs.scene.views import Views
 from avs.sfm.reconstruction import BackEnd, BackEndSettings, Reconstruct, Reconstruction, check_views
 from avs.system.errors import UserError
 from avs.system.models import first_fault
+from avs.system.named_settings import NamedSettings
 from avs.system.reasons import Reason
 
 PACKAGE = "avs.sfm.back_ends"
 """The package whose modules are searched."""
-
-DEFAULT = "dense"
-"""The back end of settings that name none."""
 
 
 @functools.cache
@@ -43,7 +39,9 @@ def find(name: str) -> BackEnd:
         UserError: there is none; the line lists near names.
     """
     if name not in back_ends():
-        raise UserError(f"back end {name!r} of structure from motion", "unknown", f"did you mean {_near(name)}?")
+        raise UserError(
+            f"back end {name!r} of structure from motion", "unknown", f"did you mean {_SETTINGS.near(name)}?"
+        )
     return back_ends()[name]
 
 
@@ -91,22 +89,10 @@ def create_settings(values: Mapping[str, Any]) -> BackEndSettings:
         UserError: the back end or a setting is unknown, or a value does not fit.
     """
     try:
-        return _checked(values)
+        return _SETTINGS.checked(values)
     except ValidationError as error:
         place, fault = first_fault(error, "sfm")
         raise UserError(f"configuration: {place}", fault, "correct the value") from None
-
-
-def _checked(values: object) -> BackEndSettings:
-    """Return ``values`` as the settings of their back end; raise a ``ValidationError`` that names their keys alone."""
-    if isinstance(values, BackEndSettings):
-        return values
-    name = values.get("back_end", DEFAULT) if isinstance(values, Mapping) else DEFAULT
-    if name in list(back_ends()):
-        return back_ends()[name].settings.model_validate(values)
-    context = {"name": repr(name), "near": _near(name)}
-    fault = PydanticCustomError("unknown_back_end", "{name} is no back end, did you mean {near}?", context)
-    raise ValidationError.from_exception_data("sfm", [{"type": fault, "loc": ("back_end",), "input": name}]) from None
 
 
 def _is_installed(module: str) -> bool:
@@ -116,19 +102,14 @@ def _is_installed(module: str) -> bool:
         return False
 
 
-def _near(name: object) -> str:
-    return ", ".join(difflib.get_close_matches(str(name), back_ends(), n=3) or back_ends())
+_SETTINGS = NamedSettings(
+    base=BackEndSettings,
+    key="back_end",
+    default="dense",
+    section="sfm",
+    what="back end",
+    kinds=lambda: {name: back_end.settings for name, back_end in back_ends().items()},
+)
 
-
-class _UnionOfBackEnds:
-    """Annotation of a field that takes the settings of any back end; its JSON schema lists all of them."""
-
-    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Check by ``_checked``: a union of pydantic's own would name the back end as if it were one of the keys."""
-        choices = {name: handler.generate_schema(found.settings) for name, found in back_ends().items()}
-        union = core_schema.tagged_union_schema(choices, discriminator="back_end")
-        return core_schema.no_info_wrap_validator_function(lambda values, _: _checked(values), union)
-
-
-AnyBackEndSettings = Annotated[BackEndSettings, _UnionOfBackEnds()]
-"""Settings of the back end that their field ``back_end`` names; ``DEFAULT`` where there is no such field."""
+AnyBackEndSettings = Annotated[BackEndSettings, _SETTINGS]
+"""Settings of the back end that their field ``back_end`` names; dense stereo where there is no such field."""
