@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -10,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avs.sfm.cloud import Cloud
+from avs.system.digests import UNKNOWN, is_sealed, sealed
 from avs.system.errors import UserError
 from avs.system.files import atomic_path
 
@@ -18,7 +18,6 @@ FloatFields = Mapping[str, npt.NDArray[np.float32]]
 _FIRST = ("x", "y", "z", "red", "green", "blue", "confidence")
 _WORDS = {"<f4": "float", "|u1": "uchar"}
 _TYPES = {word: code for code, word in _WORDS.items()}
-_UNKNOWN = "0" * 64  # stands in the digest's place while it is computed
 _LONGEST = 4096
 """Bytes of a header, at most."""
 
@@ -48,11 +47,9 @@ def write_cloud(path: Path, cloud: Cloud, fields: FloatFields | None = None) -> 
     for name, values in {"confidence": cloud.confidence, **extra}.items():
         rows[name] = values
     lines = [f"property {_WORDS[kind]} {name}" for name, kind in kinds]
-    header = _header(_UNKNOWN, len(cloud), lines)
-    content = header.encode() + rows.tobytes()
-    digest = hashlib.sha256(content).hexdigest()
+    content = _header(UNKNOWN, len(cloud), lines).encode() + rows.tobytes()
     with atomic_path(path) as temporary:
-        temporary.write_bytes(content.replace(_UNKNOWN.encode(), digest.encode(), 1))
+        temporary.write_bytes(sealed(content))
 
 
 def read_cloud(path: Path, remedy: str) -> tuple[Cloud, dict[str, npt.NDArray[np.float32]]]:
@@ -74,8 +71,7 @@ def read_cloud(path: Path, remedy: str) -> tuple[Cloud, dict[str, npt.NDArray[np
     lines = header.decode("ascii", errors="replace").splitlines()
     if not mark or len(lines) < 4 or lines[0] != "ply" or not lines[2].startswith("comment digest "):
         raise UserError(path, "is no cloud of this suite", remedy)
-    digest = lines[2].removeprefix("comment digest ")
-    if hashlib.sha256(content.replace(digest.encode(), _UNKNOWN.encode(), 1)).hexdigest() != digest:
+    if not is_sealed(content, lines[2].removeprefix("comment digest ")):
         raise UserError(path, "was changed after it was written", remedy)
     words = [line.split() for line in lines[4:]]
     kinds = [(name, _TYPES[kind]) for _, kind, name in words]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,11 +12,11 @@ import numpy.typing as npt
 import safetensors
 import safetensors.numpy
 
+from avs.system.digests import UNKNOWN, is_sealed, sealed
 from avs.system.errors import UserError
 from avs.system.files import atomic_path, canonical_json
 
 _DIGEST = "digest"
-_UNKNOWN = "0" * 64  # stands in the digest's place while it is computed
 
 
 def write_tensors(path: Path, arrays: Mapping[str, npt.NDArray[Any]], header: str, values: Mapping[str, Any]) -> None:
@@ -30,12 +29,11 @@ def write_tensors(path: Path, arrays: Mapping[str, npt.NDArray[Any]], header: st
         values: its content, which becomes canonical JSON, and gets the file's SHA-256 as ``digest``.
     """
     contiguous = {name: np.asarray(array, order="C") for name, array in arrays.items()}
-    metadata = {header: canonical_json({**values, _DIGEST: _UNKNOWN})}
+    metadata = {header: canonical_json({**values, _DIGEST: UNKNOWN})}
     content = safetensors.numpy.save(contiguous, metadata=metadata)
-    digest = hashlib.sha256(content).hexdigest()
     with atomic_path(path) as temporary:
         # safetensors' save_file would put a file of its own there, readable by its owner alone
-        temporary.write_bytes(content.replace(_UNKNOWN.encode(), digest.encode(), 1))
+        temporary.write_bytes(sealed(content))
 
 
 def read_tensors(path: Path, header: str, remedy: str) -> tuple[dict[str, npt.NDArray[Any]], dict[str, Any]]:
@@ -59,8 +57,7 @@ def read_tensors(path: Path, header: str, remedy: str) -> tuple[dict[str, npt.ND
     except (safetensors.SafetensorError, ValueError, KeyError, TypeError) as error:
         raise UserError(path, f"not a readable safetensors file ({error})", remedy) from error
     values = _header(path, content, header, remedy)
-    digest = str(values.pop(_DIGEST, None))
-    if hashlib.sha256(content.replace(digest.encode(), _UNKNOWN.encode(), 1)).hexdigest() != digest:
+    if not is_sealed(content, str(values.pop(_DIGEST, None))):
         raise UserError(path, "was changed after it was written", remedy)
     return arrays, values
 
