@@ -13,6 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from avs.scene.arrays import check_arrays
+
 FloatArray = npt.NDArray[np.float64]
 IndexArray = npt.NDArray[np.int64]
 
@@ -38,13 +40,7 @@ class Cameras:
             ValueError: a shape is wrong, or a matrix holds NaN or an infinity.
         """
         count = len(self.world_to_camera)
-        shapes = {"world_to_camera": (count, 4, 4), "intrinsics": (count, 3, 3), "sizes": (count, 2)}
-        for name, shape in shapes.items():
-            array = getattr(self, name)
-            if array.shape != shape:
-                raise ValueError(f"{name} has shape {array.shape}, expected {shape}")
-            if not np.isfinite(array).all():
-                raise ValueError(f"{name} holds NaN or an infinity")
+        check_arrays(self, {"world_to_camera": (count, 4, 4), "intrinsics": (count, 3, 3), "sizes": (count, 2)})
 
     def __len__(self) -> int:
         """Return the number of cameras."""

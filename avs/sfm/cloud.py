@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from avs.scene.arrays import check_arrays
 from avs.scene.cameras import FloatArray, IndexArray
 
 
@@ -32,13 +33,7 @@ class Cloud:
             ValueError: a shape is wrong, or a number is NaN or infinite.
         """
         count = len(self.positions)
-        shapes = {"positions": (count, 3), "colors": (count, 3), "confidence": (count,)}
-        for name, shape in shapes.items():
-            array = getattr(self, name)
-            if array.shape != shape:
-                raise ValueError(f"{name} has shape {array.shape}, expected {shape}")
-            if not np.isfinite(array).all():
-                raise ValueError(f"{name} holds NaN or an infinity")
+        check_arrays(self, {"positions": (count, 3), "colors": (count, 3), "confidence": (count,)})
 
     def __len__(self) -> int:
         """Return the number of points."""
