@@ -10,6 +10,7 @@ from avs.datasets.undistortion import projected
 from avs.scene.colmap import NO_POINT, Model, ModelImage
 from avs.scene.colmap.conversion import rotation_matrix, sorted_images
 from avs.scene.points import Points
+from avs.system.lists_of_names import some_of
 
 _FEWEST = 3
 """Observations from which an image can be judged."""
@@ -17,8 +18,6 @@ _FEWEST = 3
 _SHARE, _PIXELS = 0.01, 4.0
 """A median distance beyond this share of the longer side, and this many pixels, is no measurement: of single points
 COLMAP keeps those within 4 pixels."""
-
-_NAMED = 3
 
 
 def consistency_notes(model: Model) -> list[str]:
@@ -31,8 +30,7 @@ def consistency_notes(model: Model) -> list[str]:
     displaced = [name for name, is_displaced in judged.items() if is_displaced]
     if not displaced:
         return []
-    more = "" if len(displaced) <= _NAMED else f" and {len(displaced) - _NAMED} more"
-    which = f"{len(displaced)} of {len(model.images)} images ({', '.join(displaced[:_NAMED])}{more})"
+    which = f"{len(displaced)} of {len(model.images)} images ({some_of(displaced)})"
     return [
         f"{which} see their points more than {_SHARE:.0%} of their side from where the model says: "
         "its cameras, poses and points may not belong together"
@@ -40,7 +38,7 @@ def consistency_notes(model: Model) -> list[str]:
 
 
 def unseen_notes(names: Sequence[str], listed: Points, seen: Points) -> list[str]:
-    """Return a note of the images that see none of the points that they observe by the model, if there are any.
+    """Return a note of the images that see less than half of what they observe by the model, if there are any.
 
     A pose that is inverted, or far away, has its points behind the camera or beside the picture. Without keypoints, as
     many programs write models, nothing else tells.
@@ -54,9 +52,8 @@ def unseen_notes(names: Sequence[str], listed: Points, seen: Points) -> list[str
     blind = [name for name, told, left in zip(names, *counts, strict=True) if told >= _FEWEST and left < told / 2]
     if not blind:
         return []
-    more = "" if len(blind) <= _NAMED else f" and {len(blind) - _NAMED} more"
     return [
-        f"{len(blind)} of {len(names)} images ({', '.join(blind[:_NAMED])}{more}) have most of the points that they "
+        f"{len(blind)} of {len(names)} images ({some_of(blind)}) have most of the points that they "
         "observe behind them or outside the picture: their poses may be wrong or inverted"
     ]
 

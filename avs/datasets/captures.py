@@ -98,7 +98,8 @@ def _write(
     images = sorted_images(model)
     pictures = plan_pictures(source, find_model(chosen.folder)[0], model.cameras, images, settings)
     cameras = _cameras(model, pictures)
-    points = _visible(points_of(model), cameras)
+    observed = points_of(model)
+    points = _visible(observed, cameras)
     names = unique_names(pictures)
     order = sorted(range(len(names)), key=names.__getitem__)
     places = np.argsort(order)
@@ -118,7 +119,7 @@ def _write(
             *repeat_notes(repeats),
             *picture_notes(source, pictures, settings, len(repeats)),
             *consistency_notes(model),
-            *unseen_notes(names, points_of(model), points),
+            *unseen_notes(names, observed, points),
             *_notes(model, points),
         ],
     )

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from avs.scene.cameras import Cameras, FloatArray, IndexArray
 from avs.scene.similarity import Similarity
 from avs.system.errors import UserError
+from avs.system.lists_of_names import some_of
 
 EXTENT = 5.0
 """Extent of every scene in its own unit. COLMAP scales what it reconstructs so that the box around the middle 80
@@ -96,8 +97,8 @@ def _lengths(vectors: FloatArray) -> FloatArray:
 
 def stray_note(names: list[str]) -> str:
     """Return the line that tells of stray cameras; ``names`` are those of their images."""
-    shown = ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
     return (
-        f"stray cameras, more than {STRAY_FACTOR:.0f} times as far out as {STRAY_SHARE:.0%} of all: {shown}; they are "
-        "left out of the scene's extent, but remain views; take their images out of the model if the poses are wrong"
+        f"stray cameras, more than {STRAY_FACTOR:.0f} times as far out as {STRAY_SHARE:.0%} of all: "
+        f"{some_of(names, 5)}; they are left out of the scene's extent, but remain views; "
+        "take their images out of the model if the poses are wrong"
     )

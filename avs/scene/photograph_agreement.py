@@ -10,6 +10,7 @@ from avs.scene.cameras import Cameras, FloatArray
 from avs.scene.images import Pixels
 from avs.scene.point_colors import pixels_of
 from avs.scene.points import Points
+from avs.system.lists_of_names import some_of
 
 LEAST_CORRELATION = 0.6
 """Of the brightness of an image's points with that of its pixels. Over 459 photographs of eight real captures it was
@@ -18,7 +19,6 @@ LEAST_CORRELATION = 0.6
 _FEWEST = 30
 """Points from which a correlation tells: one of .9 comes out below .6 by chance once in 40,000 times with 30."""
 
-_NAMED = 3
 _BRIGHTNESS = np.array([0.299, 0.587, 0.114])
 
 
@@ -45,9 +45,8 @@ def disagreement_note(
     ]
     if not apart:
         return None
-    more = "" if len(apart) <= _NAMED else f" and {len(apart) - _NAMED} more"
     return (
-        f"{len(apart)} of {len(names)} photographs ({', '.join(apart[:_NAMED])}{more}) do not show the colours of the "
+        f"{len(apart)} of {len(names)} photographs ({some_of(apart)}) do not show the colours of the "
         "points that they observe: they may be of other views than their names say, or masked"
     )
 
