@@ -10,7 +10,6 @@ import numpy as np
 
 from avs.nvs.protocol import OWN_SETTINGS
 from avs.nvs.record import CurvePoint, Episode
-from avs.report.machines import Facts, machine_facts
 from avs.selection.contract import OWN_SCHEDULE
 from avs.system.errors import UserError
 from avs.system.records import read_record
@@ -28,13 +27,13 @@ class Episodes:
         cells: by method identifier, then by scene and seed; both in ascending order.
         missing: why an episode that the run asks for is not there, by method, then by scene and seed; empty where the
             run is complete or nothing is known of it.
-        machines: facts of the machine and the packages of each episode of which they are known.
+        records: the files that the episodes were read from.
     """
 
     dataset: str
     cells: dict[str, dict[Cell, Episode]]
     missing: Mapping[str, Mapping[Cell, str]] = field(default_factory=dict)
-    machines: Sequence[Facts] = ()
+    records: Sequence[Path] = ()
 
     @property
     def scenes(self) -> list[str]:
@@ -92,10 +91,8 @@ def read_episodes(paths: Sequence[Path], methods: Sequence[str]) -> list[Episode
         datasets.setdefault(episode.dataset, {}).setdefault(episode.method, {})[episode.scene, episode.seed] = episode
     for (dataset, method, scene, seed), path in places.items():
         _check_comparable(path, datasets[dataset][method][scene, seed], datasets[dataset])
-    machines: dict[str, list[Facts]] = {name: [] for name in datasets}
-    for (dataset, *_), path in places.items():
-        machines[dataset] += filter(None, [machine_facts(path)])
-    return [Episodes(name, _ordered(datasets[name], methods), machines=machines[name]) for name in sorted(datasets)]
+    records = {name: [path for (dataset, *_), path in places.items() if dataset == name] for name in datasets}
+    return [Episodes(name, _ordered(datasets[name], methods), records=records[name]) for name in sorted(datasets)]
 
 
 def read_dataset(paths: Sequence[Path], methods: Sequence[str], dataset: str) -> Episodes:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from avs.nvs.record import EpisodeMeta
@@ -13,29 +13,26 @@ _MACHINE = ("processor", "gpu", "system", "python")
 """What rounding depends on; the number of cores does not change a bit."""
 
 
-Facts = Mapping[str, str]
-"""Of one episode: device, processor, GPU, system and Python, and the versions of packages, by name."""
+def machine_notes(records: Sequence[Path]) -> list[str]:
+    """Return a line for each fact of machine or packages that differs between episodes, with how many have which value.
 
-
-def machine_facts(record: Path) -> Facts | None:
-    """Return the facts of the episode at ``record``, of which ``episode.meta.json`` beside it tells; None without one.
+    Args:
+        records: ``episode.json`` files; the facts are in ``episode.meta.json`` beside each. Without one nothing is
+            known of an episode.
 
     Raises:
-        UserError: that file is damaged.
+        UserError: such a file is damaged.
     """
-    beside = record.with_name("episode.meta.json")
-    if not beside.is_file():
-        return None
-    meta = read_record(beside, EpisodeMeta)
-    machine = {name: meta.machine[name] for name in _MACHINE if name in meta.machine}
-    return {"device": meta.device} | machine | meta.packages
-
-
-def machine_notes(known: Sequence[Facts]) -> list[str]:
-    """Return a line for each fact that differs between episodes, with how many have which value."""
+    beside = [path.with_name("episode.meta.json") for path in records]
+    known = [_facts(read_record(path, EpisodeMeta)) for path in beside if path.is_file()]
     names = dict.fromkeys(name for facts in known for name in facts)
     lines = (_line(name, [facts.get(name, "none") for facts in known]) for name in names)
     return [line for line in lines if line]
+
+
+def _facts(meta: EpisodeMeta) -> dict[str, str]:
+    machine = {name: meta.machine[name] for name in _MACHINE if name in meta.machine}
+    return {"device": meta.device} | machine | meta.packages
 
 
 def _line(name: str, values: Iterable[str]) -> str | None:

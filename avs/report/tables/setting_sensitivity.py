@@ -82,7 +82,7 @@ def setting_sensitivity(
     _check_scenes(settings)
     grid = _grid(settings)
     rows = [presented(method, base) for method in methods]
-    machines = [facts for episodes in settings.values() for facts in episodes.machines]
+    records = [path for episodes in settings.values() for path in episodes.records]
     found = {name: standings(episodes, rows, grid, absent) for name, episodes in settings.items()}
     agreements = {name: agreement(found[BASE], each) for name, each in found.items()}
     columns = tuple(column for name in settings for column in _columns(name))
@@ -92,7 +92,7 @@ def setting_sensitivity(
         caption=tuple(_caption(base.dataset, grid, found)),
         columns=columns,
         groups=(*arranged(columns, rows, cells), _order(agreements)),
-        notes=(*_notes(rows, found, agreements), *machine_notes(machines)),
+        notes=(*_notes(rows, found, agreements), *machine_notes(records)),
         listing=_listing(rows, found, grid),
         appendices={"_agreement": _agreement_listing(agreements)},
     )

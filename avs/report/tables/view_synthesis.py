@@ -119,7 +119,7 @@ def view_synthesis(
         *fewer_compared(rows, numbers, compared_with, episodes),
         *equal_views(episodes),
         *own_schedules(episodes),
-        *machine_notes(episodes.machines),
+        *machine_notes(episodes.records),
         *repeated_notes(episodes),
         *unranked_notes(rows),
     ]
