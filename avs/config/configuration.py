@@ -216,9 +216,10 @@ def protocol_of(config: Config, method: str) -> ProtocolSettings:
     """
     registered = registry.methods().get(method)  # programs are not registered
     batches = None if registered is None else registered.method.batches
+    own = config.method_protocols.get(method, {})
     try:
-        protocol = protocol_of_method(config.protocol, batches, config.method_protocols.get(method, {}))
-        check_own_settings(method, config.method_protocols.get(method, {}), config.protocol)
+        protocol = protocol_of_method(config.protocol, batches, own)
+        check_own_settings(method, own, config.protocol)
         return protocol
     except ValidationError as error:
         raise readable(error, Config, "method_protocols", method) from None

@@ -103,7 +103,7 @@ def _niqe_fit(config: Config, _: str) -> FitSettings:
 
 def _episode(config: Config, method: str) -> EpisodeSettings:
     protocol = protocol_of(config, method)
-    moments = ("additions", "views_per_step", "initial_views", "budget", "iterations")
+    moments = ("additions", "views_per_step")  # no other moment can be a method's own
     return EpisodeSettings(
         method=method,
         device=config.device,

@@ -14,9 +14,9 @@ LIST = "SHA256SUMS"
 _HASH_LENGTH = 64
 
 
-def checksum_lines(paths: Iterable[Path]) -> str:
-    """Return the list of these files."""
-    return "".join(f"{file_hash(path)}  {path}\n" for path in paths)
+def checksum_lines(paths: Iterable[Path], folder: Path | None = None) -> str:
+    """Return the list of these files, whose paths start from ``folder``, or from the current one."""
+    return "".join(f"{file_hash(path if folder is None else folder / path)}  {path}\n" for path in paths)
 
 
 def read_checksums(path: Path) -> dict[str, str]:

@@ -7,7 +7,7 @@ import time
 from collections.abc import Iterable
 from pathlib import Path
 
-from avs.system.checksums import read_checksums
+from avs.system.checksums import checksum_lines, read_checksums
 from avs.system.code_inputs import PACKAGES, ROOT
 from avs.system.errors import UserError
 from avs.system.files import atomic_path, file_hash
@@ -17,11 +17,9 @@ _STARTED = time.time()
 
 def write_sources(target: Path) -> None:
     """List this project's code with its hashes, as ``sha256sum`` does: what a run plans with."""
-    paths = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
+    paths = sorted(path.relative_to(ROOT) for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
     with atomic_path(target, listed=False) as temporary:
-        temporary.write_text(
-            "".join(f"{file_hash(path)}  {path.relative_to(ROOT)}\n" for path in paths), encoding="utf-8"
-        )
+        temporary.write_text(checksum_lines(paths, ROOT), encoding="utf-8")
 
 
 def check_loaded(listed: Path) -> None:
