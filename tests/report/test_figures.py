@@ -5,7 +5,8 @@ import pytest
 
 from avs.report.collect import read_episodes
 from avs.report.figures.curves import panels
-from avs.report.figures.psnr_over_views import method_styles, write_psnr_over_views
+from avs.report.figures.over_views import method_styles
+from avs.report.figures.psnr_over_views import write_psnr_over_views
 
 METHODS = ["random", "farthest", "ours-repvit"]
 

@@ -8,6 +8,11 @@ from avs.nvs.record import Episode
 from avs.report.collect import Cell, Episodes, differing_settings
 from avs.report.methods import presented
 
+_OPTIMISATION = (
+    "what differs between seeds is the noise of the optimisation alone",
+    "what differs between these rows is the optimisation alone",
+)
+
 
 def repeated_notes(episodes: Episodes) -> list[str]:
     """Return the notes of all episodes, each once; one that several scenes share names them in front."""
@@ -47,23 +52,24 @@ def own_schedules(episodes: Episodes) -> list[str]:
     ]
 
 
-def equal_views(episodes: Episodes) -> list[str]:
+def equal_views(episodes: Episodes, *, of_views_alone: bool = False) -> list[str]:
     """Return which methods choose the same views with every seed, and which choose the same as another method.
 
     What differs between such episodes is the optimisation alone, in random order and with random numbers of its own.
+
+    Args:
+        episodes: of one data set.
+        of_views_alone: whether the numbers follow from the views, so that equal views have equal numbers.
     """
+    told = (
+        ("so its numbers do not differ between seeds", "so these rows are equal") if of_views_alone else _OPTIMISATION
+    )
     fixed = [method for method, cells in episodes.cells.items() if _same_with_every_seed(cells)]
     lines = []
     if fixed:
-        lines.append(
-            f"{_labels(fixed, episodes)}: the same views with every seed; what differs between seeds is the noise of "
-            "the optimisation alone"
-        )
+        lines.append(f"{_labels(fixed, episodes)}: the same views with every seed; {told[0]}")
     for methods in _grouped(episodes):
-        lines.append(
-            f"{_labels(methods, episodes)}: the same views in every episode; what differs between these rows is the "
-            "optimisation alone"
-        )
+        lines.append(f"{_labels(methods, episodes)}: the same views in every episode; {told[1]}")
     return lines
 
 

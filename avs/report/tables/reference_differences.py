@@ -1,4 +1,4 @@
-"""The differences of all methods to one: the second section of the view synthesis table, and its csv file."""
+"""The differences of all methods to one: the second section of a table of episodes, and its csv file."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from avs.report.intervals import CONFIDENCE, OVER, covers, printed_over
 from avs.report.methods import Presented, presented
 from avs.report.tables.arrangement import in_groups
 from avs.report.tables.view_synthesis_numbers import COLUMNS, Entry
+from metrics.definitions import Metric
 
 FIELDS = ("method", "metric", "reference", "difference", "scenes", "seeds", "over", "low", "high", "freedom")
 """Columns of the csv file of differences to the reference method: one line for each interval that exists."""
@@ -43,11 +44,17 @@ def comparison(reference: str, episodes: Episodes, rows: Sequence[Presented], nu
     )
 
 
-def listed_differences(episodes: Episodes, methods: Sequence[str], reference: str | None, numbers: Numbers) -> Listing:
+def listed_differences(
+    episodes: Episodes,
+    methods: Sequence[str],
+    reference: str | None,
+    numbers: Numbers,
+    columns: Sequence[Metric] = COLUMNS,
+) -> Listing:
     """Return one record for each method, metric and interval; one without an interval where there is none."""
     records: list[tuple[str | int, ...]] = []
     for method in methods:
-        for metric in COLUMNS:
+        for metric in columns:
             against = numbers[method][metric.identifier].against
             if reference is None or against is None:
                 continue
@@ -87,7 +94,7 @@ def fewer_compared(rows: Sequence[Presented], numbers: Numbers, reference: str |
         return []
     label, lines = presented(reference, episodes).label, []
     for row in rows:
-        entry = numbers[row.identifier][COLUMNS[0].identifier]
+        entry = next(iter(numbers[row.identifier].values()))
         if entry.against is not None and len(entry.against.seeds) < max(entry.seeds, len(episodes.seeds)):
             seeds = ", ".join(map(str, entry.against.seeds))
             lines.append(f"{row.label}: compared with {label} on the seeds that both have, {seeds}")

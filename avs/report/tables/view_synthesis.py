@@ -6,15 +6,16 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from avs.report.collect import Episodes, read_dataset
-from avs.report.document import Cell, Column, Document, Listing
+from avs.report.document import Column, Document, Listing
 from avs.report.formats.numbers import EXTRA_DECIMALS, plain
 from avs.report.formats.writing import write_document
 from avs.report.machines import machine_notes
-from avs.report.methods import Presented, presented
+from avs.report.methods import presented
 from avs.report.published import PRINTED_NAMES, Published, published_note, read_published, why_no_difference
 from avs.report.tables.arrangement import arranged
-from avs.report.tables.episode_gaps import fewer_seeds, incomplete
-from avs.report.tables.episode_notes import equal_views, notes_of_method, own_schedules, repeated_notes
+from avs.report.tables.episode_entries import Numbers, entry_cells, entry_listing, has_spread
+from avs.report.tables.episode_gaps import incomplete
+from avs.report.tables.episode_notes import equal_views, own_schedules, repeated_notes
 from avs.report.tables.reference_differences import comparison, comparison_notes, fewer_compared, listed_differences
 from avs.report.tables.table_notes import (
     count,
@@ -24,20 +25,13 @@ from avs.report.tables.table_notes import (
     span,
     spread_note,
     unranked_notes,
-    whole_row,
 )
-from avs.report.tables.view_synthesis_numbers import COLUMNS, Entry, scene_value, summarise_episodes
+from avs.report.tables.view_synthesis_numbers import COLUMNS, scene_value, summarise_episodes
 from avs.system.reasons import Reason
 from metrics.definitions import Metric
 
-FIELDS = ("method", "group", "metric", "mean", "spread", "scenes", "seeds", "published", "difference", "note")
-"""Columns of the csv file."""
-
 SCENE_FIELDS = ("method", "metric", "scene", "seed", "images", "value")
 """Columns of the csv file of scenes."""
-
-_Numbers = Mapping[str, Mapping[str, Entry]]
-_Published = Mapping[tuple[str, str], str]
 
 _RANGES = {"zero_one": "images in 0..1", "minus_one": "images in -1..1"}
 
@@ -107,7 +101,7 @@ def view_synthesis(
     rows = [presented(method, episodes) for method in methods]
     columns = tuple(_column(metric, paper, why_not) for metric in COLUMNS)
     reasons = {method: {metric: entry.missing for metric, entry in row.items()} for method, row in numbers.items()}
-    cells = {method: _cells(method, numbers[method], beside) for method in methods}
+    cells = {method: entry_cells(COLUMNS, method, numbers[method], beside) for method in methods}
     differences = None if compared_with is None else comparison(compared_with, episodes, rows, numbers)
     notes = [
         *missing_notes(episodes, COLUMNS, rows, reasons),
@@ -129,7 +123,9 @@ def view_synthesis(
         columns=columns,
         groups=arranged(columns, rows, cells),
         notes=tuple(dict.fromkeys(notes)),
-        listing=_listing(episodes, rows, numbers, cells, has_difference=paper is not None and why_not is None),
+        listing=entry_listing(
+            COLUMNS, episodes, rows, numbers, cells, has_difference=paper is not None and why_not is None
+        ),
         comparison=differences,
         appendices={
             "_per_scene": _scenes(episodes, methods),
@@ -150,20 +146,7 @@ def _column(metric: Metric, paper: Published | None, why_not: str | None) -> Col
     return Column(metric, "published" if why_not is None else f"published, {printed}", difference=why_not is None)
 
 
-def _cells(method: str, row: Mapping[str, Entry], published: _Published) -> list[Cell]:
-    whole = whole_row(entry.missing for entry in row.values())
-    return [
-        Cell(
-            value=entry.mean,
-            spread=entry.spread,
-            published=published.get((method, metric.identifier)),
-            cause=whole.cause if whole is not None and index == 0 else None,
-        )
-        for index, (metric, entry) in enumerate(zip(COLUMNS, row.values(), strict=True))
-    ]
-
-
-def _caption(episodes: Episodes, numbers: _Numbers, left_out: int) -> list[str]:
+def _caption(episodes: Episodes, numbers: Numbers, left_out: int) -> list[str]:
     """Return what was measured, on what, and how."""
     facts = [
         *scenes_and_seeds(episodes),
@@ -177,46 +160,10 @@ def _caption(episodes: Episodes, numbers: _Numbers, left_out: int) -> list[str]:
         *([f"Left out: {count(left_out, 'folder')} of it that cannot be a scene."] if left_out else []),
         "Test images at the end of the optimisation; mean over seeds of the mean over scenes.",
     ]
-    if _has_spread(numbers):
+    if has_spread(numbers):
         sentences.append("After the plus-minus sign: standard deviation over seeds of the mean over scenes.")
     sentences.append("Marks rank the printed means, whatever their intervals.")
     return sentences
-
-
-def _has_spread(numbers: _Numbers) -> bool:
-    return any(entry.spread is not None for row in numbers.values() for entry in row.values())
-
-
-def _listing(
-    episodes: Episodes,
-    rows: Sequence[Presented],
-    numbers: _Numbers,
-    cells: Mapping[str, Sequence[Cell]],
-    has_difference: bool,
-) -> Listing:
-    """Return one record for each method and metric in the order of the table."""
-    records: list[tuple[str | int, ...]] = []
-    for row in rows:
-        for metric, cell in zip(COLUMNS, cells[row.identifier], strict=True):
-            entry, digits = numbers[row.identifier][metric.identifier], metric.decimals + EXTRA_DECIMALS
-            notes = _entry_notes(episodes, row.identifier, entry, _has_spread(numbers))
-            texts = (plain(entry.mean, digits), plain(entry.spread, digits))
-            paper = (cell.published or "", plain(cell.difference if has_difference else None, digits))
-            counts = (entry.scenes, entry.seeds)
-            records.append((row.identifier, row.group, metric.identifier, *texts, *counts, *paper, "; ".join(notes)))
-    return Listing(FIELDS, tuple(records))
-
-
-def _entry_notes(episodes: Episodes, method: str, entry: Entry, has_spread: bool) -> list[str]:
-    if entry.missing is not None:
-        return [str(entry.missing)]
-    notes = []
-    if entry.spread is None and has_spread:
-        notes.append(f"no spread of {count(entry.seeds, 'seed')}")
-    if (fewer := fewer_seeds(episodes, method)) is not None:
-        notes.append(fewer)
-    # A deviation of one scene, such as a capped budget, concerns the mean of every metric.
-    return notes + notes_of_method(episodes, method)
 
 
 def _scenes(episodes: Episodes, methods: Sequence[str]) -> Listing:
