@@ -34,6 +34,7 @@ include: "workflows/rules/metric_parameters.smk"
 include: "workflows/rules/nvs.smk"
 include: "workflows/rules/runtime.smk"
 include: "workflows/rules/sensitivity.smk"
+include: "workflows/rules/sfm.smk"
 include: "workflows/rules/report.smk"
 
 
@@ -66,7 +67,10 @@ onstart:
 
 onsuccess:
     shutil.rmtree(INCOMPLETE, ignore_errors=True)
-    paths = [Path(f"{RESULTS}/tables/nvs_{dataset}.md") for dataset in SCENES]
+    names = [
+        f"{kind}_{dataset}.md" for kind in ("nvs", "coverage") for dataset in SCENES
+    ]
+    paths = [Path(f"{RESULTS}/tables/{name}") for name in names]
     made = [
         path for path in paths if path.exists() and path.stat().st_mtime > STARTED
     ]

@@ -38,3 +38,18 @@ METRICS: dict[str, Metric] = {
     )
 }
 """Every metric by identifier, in the order of columns."""
+
+
+COVERAGE: dict[str, Metric] = {
+    metric.identifier: metric
+    for metric in (
+        Metric("scr_percent", "SCR", True, 2, "%", "share of the reference cloud near to the cloud of the views"),
+        Metric("f_score", "F-score", True, 3, "", "mean over thresholds of the harmonic mean of precision and recall"),
+        Metric("toolbox_f_score", "F (toolbox)", True, 3, "", "at one threshold, as the Tanks and Temples toolbox"),
+        Metric("true_scr_percent", "true SCR", True, 2, "%", "share of the true surface near to the cloud"),
+        Metric("true_f_score", "true F-score", True, 3, "", "the F-score against the true surface"),
+        Metric("cloud_points", "points", None, 0, "", "points of the cloud of the views"),
+        Metric("registered_views", "views", None, 1, "", "views that the cloud is made of"),
+    )
+}
+"""The metrics of coverage by identifier, in the order of columns (``metrics/coverage.py``)."""

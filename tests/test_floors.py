@@ -14,6 +14,7 @@ FLOORS = (
     ("avs.iqa",),
     ("avs.selectors",),
     ("avs.nvs", "avs.sfm"),
+    ("avs.coverage",),
     ("avs.report",),
     ("avs.config",),
     ("avs.commands",),

@@ -113,6 +113,11 @@ COVERAGE_UNITS = 1e-9
 COVERAGE_STRAY = 0.02
 # 3,000 points on a sphere: the point straight above another is there, because both shells have the same directions.
 COVERAGE_SHELLS = 1e-12
+# avs/coverage/true_surface.py: depth is stored in float32.
+COVERAGE_SURFACE = 1e-6
+# avs/coverage: shares of a sphere's voxels, of which the reference and the truth hold other points where a voxel has
+# several. Measured 0.01.
+COVERAGE_OF_SPHERE = 0.03
 # avs/sfm/stereo_vectors.py: a coordinate of float32 below 32 has an error of 2e-6; times steps of 255 grey values.
 BILINEAR_SAMPLE = 1e-3
 # avs/sfm/plane_sweep.py, semi_global.py: running sums of float32 of grey values squared, up to 49 times 65025, whose

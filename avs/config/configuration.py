@@ -13,11 +13,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, cast
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from avs.config.configuration_faults import readable
+from avs.config.distortion_config import DistortionConfig
 from avs.config.sensitivity_settings import SensitivitySettings, laid_over
+from avs.coverage.coverage_settings import CoverageSettings
 from avs.datasets.captures import Captures
 from avs.datasets.reader import Reader
 from avs.datasets.reader_registry import readers
-from avs.iqa.cross_reference.scorer_settings import BACKBONE_OF, RenderSettings, ScorerSettings
+from avs.iqa.cross_reference.scorer_settings import BACKBONE_OF, ScorerSettings
 from avs.nvs.common_states_settings import CommonStatesSettings
 from avs.nvs.protocol import ProtocolSettings, check_own_settings, protocol_of_method
 from avs.nvs.timing_settings import RuntimeSettings
@@ -37,25 +39,6 @@ if TYPE_CHECKING:
     DataSet = Reader
 else:
     DataSet = Annotated[functools.reduce(operator.or_, readers().values()), Field(discriminator="source")]
-
-
-class DistortionConfig(StrictModel):
-    """The data sets that are not evaluated: all cross-reference scorers of the run are trained and measured on them."""
-
-    training: tuple[str, ...] = Field(min_length=1, description="data sets whose scenes train scorers")
-    held_out: tuple[str, ...] = Field(min_length=1, description="data sets whose scenes only measure scorers")
-    renders: RenderSettings = Field(default_factory=RenderSettings, description="when a scene is rendered")
-
-    @property
-    def datasets(self) -> tuple[str, ...]:
-        """The names of all of them."""
-        return (*self.training, *self.held_out)
-
-    @model_validator(mode="after")
-    def _disjoint(self) -> Self:
-        if len(set(self.datasets)) < len(self.datasets):
-            raise ValueError("a data set is named twice; it either trains scorers or is held out")
-        return self
 
 
 class Config(StrictModel):
@@ -117,6 +100,10 @@ class Config(StrictModel):
         default_factory=CommonStatesSettings,
         description="the states at which all methods score the same candidates, for the table of rank correlations; "
         "null to leave it out",
+    )
+    coverage: CoverageSettings | None = Field(
+        default_factory=CoverageSettings,
+        description="what the views of each episode cover of the scene in structure from motion; null to leave it out",
     )
     sensitivity: SensitivitySettings | None = Field(
         default=None,

@@ -15,15 +15,17 @@ from avs.config.configuration import Config, DataSet, protocol_of, scorer_of, va
 from avs.config.method_weights import absent_methods, choosing_elsewhere, scoring_methods
 from avs.config.scenes import scenes_in
 from avs.config.studied import studied_methods
+from avs.coverage.coverage_settings import CoverageJob, CoverageSettings, ReferenceJob
 from avs.iqa.cross_reference.scorer_settings import RenderJob, RenderSettings, ScorerSettings
 from avs.iqa.no_reference.niqe_settings import FitSettings
 from avs.nvs.common_states_settings import CommonStatesJob, CommonStatesSettings, ScoredMethodSettings
 from avs.nvs.episode_settings import EpisodeSettings
 from avs.nvs.timing_settings import RuntimeSettings, StateSettings, TimingSettings
-from avs.report.published import published_name
+from avs.report.published import COVERAGE_NAME, published_name
 from avs.representations.needed_points import NeededPoints
 from avs.scene.images import BLACK
 from avs.selection import registry
+from avs.sfm.back_end_registry import why_not
 from avs.system.models import StrictModel
 from avs.system.reasons import Reason
 
@@ -71,6 +73,14 @@ class TableJob(RowsJob):
     published: str | None = Field(description="file of the published values to print beside its own")
     reference: str | None = Field(description="identifier of the method that the others are compared with")
     left_out: dict[str, Reason] = Field(description="why something that looks like a scene is none, by its name")
+
+
+class CoverageTableJob(RowsJob):
+    """What the coverage table of a data set reads."""
+
+    published: str | None = Field(description="file of the published values to print beside its own")
+    reference: str | None = Field(description="identifier of the method that the others are compared with")
+    lacking: Reason | None = Field(description="why there is no coverage at all, or null")
 
 
 def _records(config: Config, *datasets: str) -> dict[str, Any]:
@@ -175,8 +185,35 @@ def _sensitivity_table(config: Config, _: str) -> SensitivityJob:
     )
 
 
-def _psnr_over_views(config: Config, _: str) -> FigureJob:
+def _figure(config: Config, _: str) -> FigureJob:
     return FigureJob(**_records(config))
+
+
+def _coverage_reference(config: Config, _: str) -> ReferenceJob:
+    told = config.coverage or CoverageSettings()
+    values = {name: getattr(told, name) for name in ReferenceJob.model_fields if name != "device"}
+    return ReferenceJob(device=config.device, **values)
+
+
+def _coverage(config: Config, _: str) -> CoverageJob:
+    told = config.coverage or CoverageSettings()
+    values = {name: getattr(told, name) for name in CoverageJob.model_fields if name != "device"}
+    return CoverageJob(device=config.device, **values)
+
+
+def _coverage_table(config: Config, dataset: str) -> CoverageTableJob:
+    return CoverageTableJob(
+        **_records(config, dataset),
+        absent=absent_methods(config),
+        published=f"results/published/{COVERAGE_NAME}",
+        reference=config.report.reference,
+        lacking=coverage_lacking(config),
+    )
+
+
+def coverage_lacking(config: Config) -> Reason | None:
+    """Return why coverage cannot be measured here, or None if it can."""
+    return why_not((config.coverage or CoverageSettings()).sfm)
 
 
 JOBS: dict[str, Callable[[Config, str], StrictModel]] = {
@@ -193,7 +230,12 @@ JOBS: dict[str, Callable[[Config, str], StrictModel]] = {
     "ranking_table": _ranking_table,
     "sensitivity_episode": _sensitivity_episode,
     "sensitivity_table": _sensitivity_table,
-    "psnr_over_views": _psnr_over_views,
+    "psnr_over_views": _figure,
+    "coverage_reference": _coverage_reference,
+    "coverage": _coverage,
+    "coverage_table": _coverage_table,
+    "coverage_maps": _figure,
+    "coverage_over_views": _figure,
 }
 """What makes the settings of a rule's jobs: from the configuration and the name of a method, scene, data set or scorer,
 or those of a variant and a method. Where all jobs of a rule read the same, that name is empty."""

@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from avs.config.configuration import Config
+from avs.coverage.coverage_record import Coverage, CoverageMeta, Reference
 from avs.nvs.common_states_record import CommonStates
 from avs.nvs.program import ViewList
 from avs.nvs.record import Episode, EpisodeMeta
@@ -24,6 +25,9 @@ SCHEMAS: dict[str, type[BaseModel]] = {
     "views.json": ViewList,
     "common_states.json": CommonStates,
     "runtime.json": Runtime,
+    "coverage.json": Coverage,
+    "coverage.meta.json": CoverageMeta,
+    "reference.json": Reference,
 }
 
 

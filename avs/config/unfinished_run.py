@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from avs.config.jobs import RowsJob, TableJob, settings_of
+from avs.config.jobs import CoverageTableJob, RowsJob, TableJob, settings_of
 from avs.config.method_weights import Made, absent_methods, followed, is_program, weights_of
 from avs.config.run_plan import RunPlan
 from avs.config.studied import studied_methods
@@ -22,6 +22,7 @@ from avs.report.incomplete import (
     WantedTable,
     WantedTimes,
 )
+from avs.report.incomplete_coverage import WantedCoverage, WantedCoverageTable
 from avs.report.report_settings import BASE
 from avs.selection import registry
 from avs.system.reasons import Reason
@@ -37,6 +38,34 @@ def unfinished(plan: RunPlan) -> UnfinishedRun:
         tables=tuple(_table(plan, dataset) for dataset in config.evaluated),
         times=None if plan.timed is None else _times(plan, *plan.timed),
         sensitivity=tuple(_wanted_sensitivity(plan)),
+        coverage=() if config.coverage is None else tuple(_coverage(plan, dataset) for dataset in config.evaluated),
+    )
+
+
+def _coverage(plan: RunPlan, dataset: str) -> WantedCoverageTable:
+    settings = settings_of(plan.config, f"coverage_table/{dataset}")
+    assert isinstance(settings, CoverageTableJob)
+    places = [
+        {"dataset": dataset, "scene": scene, "method": method, "seed": str(seed)}
+        for method in plan.config.methods
+        if method not in settings.absent
+        for scene in plan.scenes[dataset]
+        for seed in plan.config.seeds
+    ]
+    return WantedCoverageTable(
+        dataset=dataset,
+        records=tuple(
+            WantedCoverage(
+                method=place["method"],
+                cell=(place["scene"], int(place["seed"])),
+                path=Path(plan.records["coverage"].format(**place)),
+                logs=_logs(plan, ["coverage", "coverage_reference"], place),
+            )
+            for place in places
+        ),
+        settings=settings_of(plan.config, "coverage").model_dump(mode="json"),
+        published=None if settings.published is None else Path(settings.published),
+        lacking=settings.lacking,
     )
 
 

@@ -17,6 +17,7 @@ from avs.report.collect_states import read_states
 from avs.report.document import Document
 from avs.report.formats.markdown import document_markdown
 from avs.report.formats.writing import write_document
+from avs.report.incomplete_coverage import WantedCoverageTable, incomplete_coverage
 from avs.report.report_settings import BASE
 from avs.report.tables.score_ranking import score_ranking
 from avs.report.tables.selection_times import selection_times
@@ -29,7 +30,7 @@ from avs.system.job_logs import why_missing
 from avs.system.reasons import Reason
 from avs.system.records import read_record
 
-_NVS = "nvs_"  # begins the names of the tables that a run prints
+_NVS, _COVERAGE = "nvs_", "coverage_"  # begin the names of the tables that a run prints
 
 _Value = TypeVar("_Value")
 _Record = TypeVar("_Record", Episode, CommonStates, Runtime)
@@ -143,6 +144,7 @@ class UnfinishedRun:
         tables: for each data set.
         times: the selection times, or None if the run leaves them out.
         sensitivity: the sensitivity table of each data set; none if the run leaves them out.
+        coverage: the coverage table of each data set; none if the run leaves them out.
     """
 
     methods: tuple[str, ...]
@@ -151,6 +153,7 @@ class UnfinishedRun:
     tables: tuple[WantedTable, ...]
     times: WantedTimes | None
     sensitivity: tuple[WantedSensitivity, ...] = ()
+    coverage: tuple[WantedCoverageTable, ...] = ()
 
 
 def write_incomplete_tables(run: UnfinishedRun, out: Path) -> tuple[list[str], list[str]]:
@@ -159,13 +162,14 @@ def write_incomplete_tables(run: UnfinishedRun, out: Path) -> tuple[list[str], l
     A table names its gaps in caption and notes; one without any is as the complete run makes it.
 
     Returns:
-        The view synthesis tables as Markdown; and a line for each table that cannot be made of what is there.
+        The view synthesis and coverage tables as Markdown; and a line for each table that cannot be made.
     """
     documents, lines = incomplete_documents(run)
     shutil.rmtree(out, ignore_errors=True)
     for name, document in documents.items():
         write_document(document, out / name)
-    return [document_markdown(each) for name, each in documents.items() if name.startswith(_NVS)], lines
+    shown = [each for name, each in documents.items() if name.startswith((_NVS, _COVERAGE))]
+    return [document_markdown(each) for each in shown], lines
 
 
 def incomplete_documents(run: UnfinishedRun) -> tuple[dict[str, Document], list[str]]:
@@ -176,8 +180,8 @@ def incomplete_documents(run: UnfinishedRun) -> tuple[dict[str, Document], list[
     for table in run.tables:
         with _left_out_into(lines):
             episodes = existing_episodes(table, run.methods)
-            arguments = (table.published, run.absent, run.reference, table.left_out)
-            documents[f"{_NVS}{table.dataset}"] = view_synthesis(episodes, run.methods, *arguments)
+            beside = (table.published, run.absent, run.reference, table.left_out)
+            documents[f"{_NVS}{table.dataset}"] = view_synthesis(episodes, run.methods, *beside)
             collected[table.dataset] = episodes
         if table.states:
             with _left_out_into(lines):
@@ -189,6 +193,12 @@ def incomplete_documents(run: UnfinishedRun) -> tuple[dict[str, Document], list[
     for each in run.sensitivity:
         with _left_out_into(lines):
             documents[f"sensitivity_{each.dataset}"] = _sensitivity(each, run.absent)
+    for wanted in run.coverage:
+        with _left_out_into(lines):
+            if wanted.dataset in collected:
+                arguments = (run.methods, run.absent, run.reference)
+                name = f"{_COVERAGE}{wanted.dataset}"
+                documents[name] = incomplete_coverage(wanted, collected[wanted.dataset], *arguments)
     return documents, lines
 
 

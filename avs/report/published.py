@@ -34,6 +34,9 @@ SCENES = {
 }
 """The scenes that the paper's means are over, where it names them."""
 
+COVERAGE_NAME = "coverage_realestate10k.csv"
+"""The file of the paper's coverage, which it prints of one data set alone."""
+
 _PROTOCOL = {"initial_views": 4, "budget": 20, "iterations": 30_000}  # what the paper says of its loop
 
 _COLUMNS = ["table", "dataset", "scene", "method", "metric", "value"]

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
 import numpy as np
+from pydantic import Field
 
 from avs.scene.cameras import Cameras
 from avs.scene.views import Views
@@ -51,7 +52,7 @@ class BackEndSettings(StrictModel):
 
     back_end: str
     poses: Poses
-    seed: Seed = 0
+    seed: Seed = Field(default=0, description="of every random choice")
 
     def lacks(self) -> Reason | None:
         """Return which file that the settings name, such as weights, is not there, and what helps; or None."""

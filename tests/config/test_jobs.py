@@ -19,6 +19,7 @@ NAMES = {
     "runtime": "fisherrf4",
     "scorer_train": "dinov2",
     "nvs_table": "orbit",
+    "coverage_table": "orbit",
     "sensitivity_episode": "every_point/fisherrf",
 }
 

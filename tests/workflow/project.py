@@ -45,7 +45,7 @@ def tiny():
     """Return the ci scale cut down to seconds."""
     values = yaml.safe_load((ROOT / "workflows" / "config" / "ci.yaml").read_text())
     values |= {"scale": "tiny", "methods": list(METHODS), "scorers": {}, "selectors": {}, "method_protocols": {}}
-    values |= {"seeds": [0], "runtime": None, "sensitivity": None}
+    values |= {"seeds": [0], "runtime": None, "sensitivity": None, "coverage": None}
     values["datasets"]["orbit"] |= {"seeds": [0]}
     for dataset in values["datasets"].values():
         dataset["capture"] = {"views": 16, "long_side": 48}

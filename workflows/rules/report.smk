@@ -28,6 +28,8 @@ def write_plan():
         "runtime_state": rules.runtime_state.log[0],
         "runtime": rules.runtime.log[0],
         "sensitivity_episode": rules.sensitivity_episode.log[0],
+        "coverage_reference": rules.coverage_reference.log[0],
+        "coverage": rules.coverage.log[0],
     }
     records = {
         "scene": SCENE,
@@ -35,6 +37,7 @@ def write_plan():
         "common_states": COMMON_STATES,
         "runtime": rules.runtime.output[0],
         "sensitivity_episode": VARIED_EPISODE,
+        "coverage": rules.coverage.output.record,
     }
     plan = RunPlan(
         config=settings,
@@ -191,9 +194,12 @@ rule tables:
         ranking_tables,
         runtime_tables,
         tables_of_sensitivity,
+        coverage_tables,
+        coverage_figures,
         f"{RESULTS}/figures/psnr_over_views.pdf",
 
 
 rule figures:
     input:
         f"{RESULTS}/figures/psnr_over_views.pdf",
+        coverage_figures,

@@ -14,9 +14,9 @@ from avs.sfm.sfm_settings import FeatureSettings
 class ColmapSettings(BackEndSettings):
     """Settings of COLMAP."""
 
-    back_end: Literal["colmap"] = "colmap"
-    poses: Poses = "known"
-    features: FeatureSettings = Field(default_factory=FeatureSettings)
+    back_end: Literal["colmap"] = Field(default="colmap", description="COLMAP")
+    poses: Poses = Field(default="known", description="whether the cameras' poses are given, or found")
+    features: FeatureSettings = Field(default_factory=FeatureSettings, description="of SIFT and of matching")
 
 
 def reconstruct(views: Views, settings: BackEndSettings, device: str) -> Reconstruction:

@@ -6,6 +6,7 @@ from typing import Any, Literal, cast
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import Field
 
 from avs.scene.views import Views
 from avs.sfm.point_maps import NetworkSettings, PointMaps, as_array, inverses, reconstruction_of
@@ -15,10 +16,10 @@ from avs.sfm.reconstruction import BackEnd, BackEndSettings, Poses, Reconstructi
 class DepthAnythingSettings(NetworkSettings):
     """Settings of Depth Anything 3."""
 
-    back_end: Literal["da3"] = "da3"
-    poses: Poses = "known"
-    side: int = 504
-    least_confidence: float = 1.0
+    back_end: Literal["da3"] = Field(default="da3", description="Depth Anything 3")
+    poses: Poses = Field(default="known", description="whether the cameras' poses are given, or found")
+    side: int = Field(default=504, description="long side in pixels of the pictures that the network gets")
+    least_confidence: float = Field(default=1.0, description="of a point, in the network's own unit")
 
 
 def reconstruct(views: Views, settings: BackEndSettings, device: str) -> Reconstruction:

@@ -15,8 +15,8 @@ from avs.sfm.sfm_settings import FeatureSettings, FusionSettings, GuidedSettings
 class DenseSettings(BackEndSettings):
     """Settings of dense stereo."""
 
-    back_end: Literal["dense"] = "dense"
-    poses: Poses = "known"
+    back_end: Literal["dense"] = Field(default="dense", description="Dense stereo")
+    poses: Poses = Field(default="known", description="whether the cameras' poses are given, or found")
     points: GuidedSettings = Field(default_factory=GuidedSettings, description="of sparse points between known poses")
     features: FeatureSettings = Field(default_factory=FeatureSettings, description="of the mapping that finds poses")
     stereo: StereoSettings = Field(default_factory=StereoSettings, description="of the depth maps")

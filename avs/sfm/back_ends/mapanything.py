@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, Literal, cast
 
 import numpy as np
+from pydantic import Field
 
 from avs.scene.views import Views
 from avs.sfm.point_maps import NetworkSettings, PointMaps, as_array, as_bytes, reconstruction_of
@@ -14,10 +15,10 @@ from avs.sfm.reconstruction import BackEnd, BackEndSettings, Poses, Reconstructi
 class MapAnythingSettings(NetworkSettings):
     """Settings of MapAnything; it resizes pictures itself, and its mask says which points it trusts."""
 
-    back_end: Literal["mapanything"] = "mapanything"
-    poses: Poses = "known"
-    side: Literal[518] = 518
-    least_confidence: float = 0.0
+    back_end: Literal["mapanything"] = Field(default="mapanything", description="MapAnything")
+    poses: Poses = Field(default="known", description="whether the cameras' poses are given, or found")
+    side: Literal[518] = Field(default=518, description="long side in pixels of the pictures that the network gets")
+    least_confidence: float = Field(default=0.0, description="of a point, in the network's own unit")
 
 
 def reconstruct(views: Views, settings: BackEndSettings, device: str) -> Reconstruction:

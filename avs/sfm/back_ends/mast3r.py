@@ -23,8 +23,8 @@ from avs.sfm.reconstruction import BackEnd, BackEndSettings, Reconstruction
 class Mast3rSettings(NetworkSettings):
     """Settings of MASt3R; those of the alignment are the demo's, but for the matching threshold the function's."""
 
-    back_end: Literal["mast3r"] = "mast3r"
-    poses: Literal["free"] = "free"
+    back_end: Literal["mast3r"] = Field(default="mast3r", description="MASt3R")
+    poses: Literal["free"] = Field(default="free", description="it finds the cameras' poses by itself")
     graph: str = Field("complete", description="which pairs are compared; complete, or swin-5-noncyclic for many views")
     first_rate: float = Field(0.07, gt=0, description="learning rate of the coarse alignment")
     first_steps: int = Field(300, ge=1, description="steps of the coarse alignment")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Literal, cast
 
+from pydantic import Field
+
 from avs.scene.views import Views
 from avs.sfm.point_maps import (
     NetworkSettings,
@@ -20,10 +22,10 @@ from avs.sfm.reconstruction import BackEnd, BackEndSettings, Reconstruction
 class VggtSettings(NetworkSettings):
     """Settings of VGGT; it makes its pictures 518 pixels wide itself."""
 
-    back_end: Literal["vggt"] = "vggt"
-    poses: Literal["free"] = "free"
-    side: Literal[518] = 518
-    least_confidence: float = 2.0
+    back_end: Literal["vggt"] = Field(default="vggt", description="VGGT")
+    poses: Literal["free"] = Field(default="free", description="it finds the cameras' poses by itself")
+    side: Literal[518] = Field(default=518, description="long side in pixels of the pictures that the network gets")
+    least_confidence: float = Field(default=2.0, description="of a point, in the network's own unit")
 
 
 def reconstruct(views: Views, settings: BackEndSettings, device: str) -> Reconstruction:

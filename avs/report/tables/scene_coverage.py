@@ -1,0 +1,230 @@
+"""The coverage table of a data set: how much of the scene the views of each method cover in structure from motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from avs.report.collect import Episodes, read_dataset
+from avs.report.collect_coverage import Coverages, read_coverages
+from avs.report.document import Cell, Column, Document, Group, Listing, Row
+from avs.report.formats.numbers import EXTRA_DECIMALS, plain
+from avs.report.formats.writing import write_document
+from avs.report.machines import machine_notes
+from avs.report.methods import presented
+from avs.report.published import PRINTED_NAMES, Published, published_note, read_published, why_no_difference
+from avs.report.tables.arrangement import arranged
+from avs.report.tables.coverage_agreement import TWINS, CoverageAgreement, agreement_listing, agreements
+from avs.report.tables.episode_entries import entry_cells, entry_listing, has_spread
+from avs.report.tables.episode_gaps import incomplete
+from avs.report.tables.episode_notes import equal_views, grouped_notes, own_schedules
+from avs.report.tables.reference_differences import comparison, comparison_notes, fewer_compared, listed_differences
+from avs.report.tables.scene_coverage_numbers import columns_of, coverage_value, quantities_of
+from avs.report.tables.table_notes import (
+    missing_notes,
+    scenes_and_seeds,
+    span,
+    spread_note,
+    unranked_notes,
+)
+from avs.report.tables.view_synthesis_numbers import summarise_episodes
+from avs.system.reasons import Reason
+from metrics.definitions import Metric
+
+EPISODE_FIELDS = ("method", "metric", "scene", "seed", "views", "value")
+"""Columns of the csv file of episodes."""
+
+TRUST = "Agreement"
+"""Group of the rows that tell how far coverage that is measured against a cloud can be trusted."""
+
+
+def write_coverage_table(
+    episodes: Sequence[Path],
+    records: Sequence[Path],
+    methods: Sequence[str],
+    dataset: str,
+    published: Path | None,
+    out: Path,
+    absent: Mapping[str, Reason],
+    lacking: Reason | None,
+    reference: str | None,
+) -> None:
+    """Write ``out`` with ``.csv``, ``.md`` and ``.tex``, ``_per_scene.csv``, ``_differences.csv``, ``_agreement.csv``.
+
+    Equal records give equal bytes, whatever their order. How each number is computed is described in
+    ``docs/coverage.md``.
+
+    Args:
+        episodes: ``episode.json`` files of the data set.
+        records: their ``coverage.json`` files.
+        methods: see ``scene_coverage``.
+        dataset: name of the data set.
+        published: see ``scene_coverage``.
+        out: path of the table without suffix.
+        absent: see ``scene_coverage``.
+        lacking: why there is no coverage at all, such as a back end that is not installed; or None.
+        reference: see ``scene_coverage``.
+
+    Raises:
+        UserError: no episodes; a record is missing, damaged, or not comparable with the others; or the published values
+            cannot be read.
+    """
+    collected = read_dataset(episodes, methods, dataset)
+    coverages = read_coverages(records, collected, lacking)
+    write_document(scene_coverage(collected, coverages, methods, published, absent, reference), out)
+
+
+def scene_coverage(
+    episodes: Episodes,
+    coverages: Coverages,
+    methods: Sequence[str],
+    published: Path | None,
+    absent: Mapping[str, Reason],
+    reference: str | None,
+) -> Document:
+    """Return the table of coverage by all views of an episode.
+
+    Args:
+        episodes: the episodes of one data set.
+        coverages: of those episodes.
+        methods: identifiers of the methods, in the order of rows; each has its row, with the reason where it has no
+            number.
+        published: a file of ``results/published``, or None.
+        absent: why a method could not run, by identifier.
+        reference: identifier of the method that the others are compared with, or None; one without episodes counts
+            as None.
+
+    Raises:
+        UserError: the published values cannot be read.
+    """
+    paper = None if published is None else read_published(published)
+    why_not = None if paper is None else _why_no_difference(paper, episodes)
+    compared_with = reference if reference in episodes.cells else None
+    quantities, metrics = quantities_of(coverages), columns_of(coverages)
+    numbers = summarise_episodes(episodes, methods, compared_with, absent, quantities)
+    rows = [presented(method, episodes) for method in methods]
+    columns = tuple(_column(metric, paper, why_not) for metric in metrics)
+    beside = {} if paper is None else paper.values
+    cells = {method: entry_cells(metrics, method, numbers[method], beside) for method in methods}
+    reasons = {method: {metric: entry.missing for metric, entry in row.items()} for method, row in numbers.items()}
+    differences = None if compared_with is None else comparison(compared_with, episodes, rows, numbers)
+    trust = agreements(episodes, coverages, [row.identifier for row in rows if row.ranked])
+    notes = [
+        *missing_notes(episodes, metrics, rows, reasons),
+        *comparison_notes(differences, reference, rows, episodes),
+        *spread_note(episodes, methods),
+        *([] if paper is None else [f"{published_note(paper.dataset, why_not)}; its clouds are MASt3R's"]),
+        *fewer_compared(rows, numbers, compared_with, episodes),
+        *_placements(coverages),
+        *equal_views(episodes, of_views_alone=True),
+        *own_schedules(episodes),
+        *machine_notes(episodes.machines),
+        *grouped_notes(((each.scene, note) for each in coverages.all for note in each.notes), episodes.scenes),
+        *unranked_notes(rows),
+    ]
+    return Document(
+        label=f"coverage-{episodes.dataset}",
+        caption=(*incomplete(episodes), *_caption(episodes, coverages, trust, spread=has_spread(numbers))),
+        columns=columns,
+        groups=(*arranged(columns, rows, cells), *_trust(metrics, trust)),
+        notes=tuple(dict.fromkeys(notes)),
+        listing=entry_listing(
+            metrics, episodes, rows, numbers, cells, has_difference=paper is not None and not why_not
+        ),
+        comparison=differences,
+        appendices={
+            "_per_scene": _per_scene(episodes, coverages, methods, metrics),
+            "_differences": listed_differences(episodes, methods, compared_with, numbers, metrics),
+            "_agreement": agreement_listing(trust),
+        },
+    )
+
+
+def _why_no_difference(paper: Published, episodes: Episodes) -> str | None:
+    budgets = {episode.budget for episode in episodes.all}
+    return why_no_difference(paper.dataset, episodes.dataset, episodes.scenes, episodes.all[0].protocol, budgets)
+
+
+def _column(metric: Metric, paper: Published | None, why_not: str | None) -> Column:
+    if paper is None or all(identifier != metric.identifier for _, identifier in paper.values):
+        return Column(metric)
+    printed = PRINTED_NAMES.get(paper.dataset, paper.dataset)
+    return Column(metric, "published" if why_not is None else f"published, {printed}", difference=why_not is None)
+
+
+def _caption(
+    episodes: Episodes, coverages: Coverages, trust: Sequence[CoverageAgreement], *, spread: bool
+) -> list[str]:
+    facts = [*scenes_and_seeds(episodes), f"{span(episode.budget for episode in episodes.all)} views"]
+    sentences = [
+        f"Scene coverage by structure from motion on the data set {episodes.dataset}: {', '.join(facts)}.",
+        *_measured(coverages),
+    ]
+    if trust and any(each.other in TWINS.values() for each in trust):
+        sentences.append(
+            "The columns named true hold the same clouds against the true surface that the reference's views see. "
+            "The rows under Agreement tell how a column goes with that truth, and with test PSNR: 1 is the same order, "
+            "0 no relation."
+        )
+    sentences.append("Mean over seeds of the mean over scenes.")
+    if spread:
+        sentences.append("After the plus-minus sign: standard deviation over seeds of the mean over scenes.")
+    return [*sentences, "Marks rank the printed means, whatever their intervals."]
+
+
+def _measured(coverages: Coverages) -> list[str]:
+    """Return what was measured, as the records tell."""
+    if not coverages.all:
+        return [f"Not measured: {coverages.lacking or 'there is no record'}."]
+    told, reference = coverages.all[0].settings, coverages.all[0].reference
+    views = "all views of a scene" if reference["reference_views"] == "all" else "all views but the test images"
+    poses = "known poses" if told["sfm"]["poses"] == "known" else "poses of its own, aligned by shared cameras"
+    thresholds = ", ".join(f"{share:g}" for share in told["thresholds"])
+    return [
+        f"Clouds by the back end {told['sfm']['back_end']} with {poses}; the reference is its cloud of {views}.",
+        f"SCR: share of the reference nearer than {told['threshold']:g} of its extent; F-score: mean over "
+        f"{thresholds}; F (toolbox): at {told['threshold']:g}.",
+    ]
+
+
+def _placements(coverages: Coverages) -> list[str]:
+    """Return what a reader should know of the alignment of clouds with poses of their own."""
+    found = [(each.placement, each.extent) for each in coverages.all if each.placement is not None]
+    shares = [100.0 * placement.residual / size for placement, size in found if placement is not None and size]
+    if not shares:
+        return []
+    return [
+        f"clouds were aligned by Sim(3) on shared cameras; the residual of their centres is {min(shares):.3f} to "
+        f"{max(shares):.3f} % of the extent"
+    ]
+
+
+def _trust(metrics: Sequence[Metric], trust: Sequence[CoverageAgreement]) -> tuple[Group, ...]:
+    """Return the rows that tell how far each column goes with another."""
+    rows = []
+    for others, name in ((tuple(TWINS.values()), "the truth"), (("psnr",), "test PSNR")):
+        found = {each.metric: each for each in trust if each.other in others}
+        if found:
+            columns = [found.get(metric.identifier) for metric in metrics]
+            within = tuple(Cell(None if each is None else each.within_scenes.value) for each in columns)
+            methods = tuple(Cell(None if each is None else each.methods.value) for each in columns)
+            rows.append(Row(f"rho with {name}, within scenes", within))
+            rows.append(Row(f"tau with {name}, of methods", methods))
+    return (Group(TRUST, tuple(rows)),) if rows else ()
+
+
+def _per_scene(episodes: Episodes, coverages: Coverages, methods: Sequence[str], metrics: Sequence[Metric]) -> Listing:
+    """Return one record for each method, metric, scene and seed."""
+    records = [
+        (
+            method,
+            metric.identifier,
+            *cell,
+            episode.budget,
+            plain(coverage_value(coverages, method, cell, metric.identifier), metric.decimals + EXTRA_DECIMALS),
+        )
+        for method in methods
+        for metric in metrics
+        for cell, episode in episodes.cells.get(method, {}).items()
+    ]
+    return Listing(EPISODE_FIELDS, tuple(records))
