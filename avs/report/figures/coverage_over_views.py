@@ -14,7 +14,7 @@ from avs.report.collect_coverage import Coverages, paths_by_dataset, read_covera
 from avs.report.figures.curves import Panel, Values, panels
 from avs.report.figures.over_views import Wording, draw_notice, draw_over_views
 
-_WORDING = Wording("SCR (%), median over scenes", "difference to the\nmean of methods (%)", "all views")
+_WORDING = Wording("median SCR (%)", "difference to the\nmean of methods (%)", "all views")
 
 
 def write_coverage_over_views(
