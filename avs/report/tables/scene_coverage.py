@@ -118,7 +118,7 @@ def scene_coverage(
         *_placements(coverages),
         *equal_views(episodes, of_views_alone=True),
         *own_schedules(episodes),
-        *machine_notes(episodes.machines),
+        *machine_notes(episodes.records),
         *grouped_notes(((each.scene, note) for each in coverages.all for note in each.notes), episodes.scenes),
         *unranked_notes(rows),
     ]
