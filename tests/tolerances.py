@@ -129,3 +129,15 @@ DENSE_DEPTH = 0.011
 DENSE_WITHIN = 0.35
 DENSE_COVERED = 0.6
 DENSE_WITHIN_CLOUD = 0.53
+
+# The same on CUDA and on the CPU, tests/*/test_*cuda.py: float32 in another order and with the GPU's fast exponentials
+# (gsplat is compiled with -use_fast_math); one pixel at the threshold of blending decides otherwise, by 1/255 at most.
+CUDA_IMAGE = 5e-3
+CUDA_GRADIENT = 1e-2
+CUDA_LOSS_VALUE = 1e-5
+CUDA_LOSS_GRADIENT = 1e-4
+CUDA_REDUCTION = 1e-3
+CUDA_CAPABILITY = 1e-2
+# Decibels: another order of sums makes another trajectory.
+CUDA_FIT = 0.5
+CUDA_EPISODE = 1.0

@@ -4,7 +4,7 @@ import pytest
 
 from avs.coverage import clouds_of_views
 from avs.coverage.reference_cloud import write_reference
-from tests.coverage.sphere_scene import perfect, reference_job, write_sphere
+from tests.scene_coverage.sphere_scene import perfect, reference_job, write_sphere
 
 
 @pytest.fixture

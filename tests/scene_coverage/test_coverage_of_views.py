@@ -20,7 +20,7 @@ from avs.system.errors import UserError
 from avs.system.records import read_record
 from metrics.coverage import nearest_distances
 from tests import tolerances
-from tests.coverage.sphere_scene import (
+from tests.scene_coverage.sphere_scene import (
     COUNT,
     blind,
     coverage_job,
