@@ -19,7 +19,7 @@ def _seed():
 
 
 def on_both(scene, backgrounds=None):
-    """Return the leaves on the CPU and on the GPU, float32: Gaussians, view matrices, backgrounds if any; intrinsics."""
+    """Return float32 leaves on the CPU and on the GPU (Gaussians, view matrices, backgrounds if any) and intrinsics."""
     viewmats, intrinsics = cameras(CAMERAS, 1)
     tensors = [*scene, viewmats] + ([] if backgrounds is None else [backgrounds])
     here = leaves(tensors, torch.float32)

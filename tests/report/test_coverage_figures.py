@@ -13,9 +13,9 @@ from avs.sfm.cloud import empty_cloud
 from avs.sfm.cloud_file import read_cloud, write_cloud
 from avs.system.errors import UserError
 from avs.system.records import read_record, write_record
+from tests.report.coverage_records import make_coverage
 from tests.scene_coverage.conftest import reference, sphere  # noqa: F401 - fixtures
 from tests.scene_coverage.sphere_scene import coverage_job, write_episode
-from tests.report.coverage_records import make_coverage
 
 METHODS = ["random", "farthest", "ours-repvit"]
 
