@@ -23,3 +23,7 @@ class RunPlan(StrictModel):
     published_times: tuple[str, ...] = Field(description="files of the paper's times")
     records: dict[str, str] = Field(description="path of the record that a rule writes, by rule")
     logs: dict[str, str] = Field(description="path of a job's log, by rule")
+    stamps: dict[str, str] = Field(
+        default_factory=dict,
+        description="what each job is told of the files that it reads and no job makes, by its log",
+    )

@@ -25,6 +25,7 @@ from avs.report.incomplete import (
 from avs.report.incomplete_coverage import WantedCoverage, WantedCoverageTable
 from avs.report.report_settings import BASE
 from avs.selection import registry
+from avs.system.ledger import why_stale
 from avs.system.reasons import Reason
 
 
@@ -59,9 +60,11 @@ def _coverage(plan: RunPlan, dataset: str) -> WantedCoverageTable:
                 method=place["method"],
                 cell=(place["scene"], int(place["seed"])),
                 path=Path(plan.records["coverage"].format(**place)),
-                logs=_logs(plan, ["coverage", "coverage_reference"], place),
+                logs=logs,
+                stale=why_stale(logs, plan.stamps),
             )
             for place in places
+            for logs in [_logs(plan, ["coverage", "coverage_reference"], place)]
         ),
         settings=settings_of(plan.config, "coverage").model_dump(mode="json"),
         published=None if settings.published is None else Path(settings.published),
@@ -97,11 +100,13 @@ def _studied_episode(plan: RunPlan, name: str, method: str, dataset: str, scene:
     rule, place = "sensitivity_episode", {"variant": name, "method": method, "dataset": dataset, "scene": scene}
     settings = settings_of(plan.config, f"{rule}/{name}/{method}")
     assert isinstance(settings, EpisodeSettings)
+    logs = (Path(plan.logs[rule].format(**place, seed=seed)), *own.logs[1:])
     return replace(
         own,
         path=Path(plan.records[rule].format(**place, seed=seed)),
-        logs=(Path(plan.logs[rule].format(**place, seed=seed)), *own.logs[1:]),
+        logs=logs,
         settings=_recorded(settings),
+        stale=why_stale(logs, plan.stamps),
     )
 
 
@@ -147,12 +152,14 @@ def _states(plan: RunPlan, dataset: str) -> Iterator[WantedStates]:
             place = {"dataset": dataset, "scene": scene, "seed": str(seed)}
             waited = [_logs(plan, ["common_states"], place | {"method": each.method}) for each in settings.methods]
             own = _logs(plan, ["common_states"], place)
+            logs = tuple(dict.fromkeys(log for logs in (own, *waited) for log in logs))
             yield WantedStates(
                 path=Path(plan.records["common_states"].format(**place)),
                 scene=Path(plan.records["scene"].format(**place)),
-                logs=tuple(dict.fromkeys(log for logs in (own, *waited) for log in logs)),
+                logs=logs,
                 cell=(scene, seed),
                 settings={"settings" if name == "common_states" else name: value for name, value in told.items()},
+                stale=why_stale(logs, plan.stamps),
             )
 
 
@@ -160,13 +167,15 @@ def _episode(plan: RunPlan, method: str, dataset: str, scene: str, seed: int) ->
     settings = settings_of(plan.config, f"episode/{method}")
     assert isinstance(settings, EpisodeSettings)
     place = {"method": method, "dataset": dataset, "scene": scene, "seed": str(seed)}
+    logs = _episode_logs(plan, place)
     return WantedEpisode(
         method=method,
         path=Path(plan.records["episode"].format(**place)),
         scene=Path(plan.records["scene"].format(**place)),
-        logs=_episode_logs(plan, place),
+        logs=logs,
         cell=(scene, seed),
         settings=_recorded(settings),
+        stale=why_stale(logs, plan.stamps),
     )
 
 
@@ -193,9 +202,11 @@ def _times(plan: RunPlan, dataset: str, scene: str) -> WantedTimes:
                 method=place["method"],
                 path=Path(plan.records["runtime"].format(**place)),
                 scene=Path(plan.records["scene"].format(**place)),
-                logs=_logs(plan, ["runtime", "runtime_state"], place),
+                logs=logs,
+                stale=why_stale(logs, plan.stamps),
             )
             for place in places
+            for logs in [_logs(plan, ["runtime", "runtime_state"], place)]
         ),
         absent=settings.absent,
         published=tuple(map(Path, plan.published_times)),
@@ -208,7 +219,8 @@ def _logs(plan: RunPlan, own: list[str], place: dict[str, str]) -> tuple[Path, .
     made = weights_of(plan.config, place["method"]) if "method" in place else None
     if isinstance(made, Made):
         logs.append(plan.logs[made.rule].format(scorer=made.name))
+        rules = ("distortions", "scene") if made.rule == "scorer_train" else ("scene",)
         for dataset in () if plan.config.distortions is None else plan.config.distortions.datasets:
             for scene in plan.scenes[dataset]:
-                logs += [plan.logs[rule].format(dataset=dataset, scene=scene) for rule in ("distortions", "scene")]
+                logs += [plan.logs[rule].format(dataset=dataset, scene=scene) for rule in rules]
     return tuple(map(Path, logs))

@@ -45,12 +45,14 @@ class WantedRecord:
         path: where it is written.
         scene: ``scene.json`` of its scene; a record of another version of the scene does not count.
         logs: of its job, then of the jobs that it waits for.
+        stale: why the record does not count though it is there, such as a change of code, or None.
     """
 
     method: str
     path: Path
     scene: Path
     logs: tuple[Path, ...]
+    stale: str | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -76,6 +78,7 @@ class WantedStates:
     logs: tuple[Path, ...]
     cell: Cell
     settings: Mapping[str, Any]
+    stale: str | None = None
 
 
 @dataclass(frozen=True)
@@ -282,7 +285,9 @@ def _read(wanted: WantedRecord | WantedStates, kind: type[_Record]) -> _Record |
         found, scene = read_record(wanted.path, kind), read_record(wanted.scene, SceneFile)
     except UserError as error:
         return str(error)
-    return found if found.scene_hash == scene.content_hash else "it was run on an earlier version of the scene"
+    if found.scene_hash != scene.content_hash:
+        return "it was run on an earlier version of the scene"
+    return wanted.stale or found
 
 
 @contextlib.contextmanager

@@ -28,12 +28,14 @@ class WantedCoverage:
         cell: scene and seed.
         path: of its record.
         logs: of its job, then of the jobs that it waits for.
+        stale: why the record does not count though it is there, or None.
     """
 
     method: str
     cell: Cell
     path: Path
     logs: tuple[Path, ...]
+    stale: str | None = None
 
 
 @dataclass(frozen=True)
@@ -102,4 +104,6 @@ def _why_not(wanted: WantedCoverage, episode: Episode, settings: Mapping[str, An
     if record.settings != settings:
         return "its coverage was measured with other settings"
     other = why_other(record, episode)
-    return None if other is None else f"its coverage {other}"
+    if other is not None:
+        return f"its coverage {other}"
+    return None if wanted.stale is None else f"its coverage does not count: {wanted.stale}"

@@ -6,7 +6,7 @@ one that ``sha256sum --check`` reads as well.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -61,6 +61,29 @@ def made_of(log: Path) -> str | None:
     except OSError:
         return None
     return first.removeprefix(_MADE_OF).strip() if first.startswith(_MADE_OF) else None
+
+
+def why_stale(logs: Sequence[Path], stamps: Mapping[str, str]) -> str | None:
+    """Return why what a job wrote does not count, or None if it does or nothing of the kind is known.
+
+    Args:
+        logs: of the job itself, then of the jobs that it waits for.
+        stamps: what the last run tells each of its jobs of their sources, by log; empty if nothing is known.
+    """
+    own, *others = logs
+    known = [log for log in others if str(log) in stamps]
+    if not stamps:
+        return None
+    if str(own) not in stamps:
+        return "it was no part of the last run, so that nothing tells whether it is current"
+    if any(made_of(log) != stamps[str(log)] for log in (own, *known)):
+        return "it was made with other code or of other files than the last run had"
+    return "it is older than what it is made of" if any(_written(log) > _written(own) for log in known) else None
+
+
+def _written(log: Path) -> int:
+    """Return when a job's list, which is there, was written, in nanoseconds."""
+    return ledger_of(log).stat().st_mtime_ns
 
 
 def find_damage(folder: Path) -> list[Damage]:

@@ -9,7 +9,7 @@ import pytest
 
 from avs.system.files import write_text
 from avs.system.job_process import job
-from avs.system.ledger import find_damage, made_of, write_ledger
+from avs.system.ledger import find_damage, ledger_of, made_of, why_stale, write_ledger
 
 LARGE = "x" * 1_100_000
 
@@ -111,3 +111,19 @@ def test_a_list_tells_what_its_job_was_made_of_in_a_line_that_sha256sum_passes_o
     subprocess.run(["sha256sum", "--check", "--strict", "--quiet", "job.log.sha256"], check=True)
     write_ledger(Path("job.log"), [Path("out")])
     assert made_of(Path("job.log")) is None
+
+
+def test_what_other_code_made_or_is_older_than_its_sources_is_stale(tmp_path):
+    own, scene = tmp_path / "episode.log", tmp_path / "scene.log"
+    stamps = {str(own): "code", str(scene): "photographs"}
+    write_ledger(scene, [], "photographs")
+    write_ledger(own, [], "code")
+    assert why_stale((own, scene), stamps) is None
+    assert why_stale((own, scene), {}) is None
+    assert "no part of the last run" in why_stale((own, scene), {str(scene): "photographs"})
+    assert "other code" in why_stale((own, scene), stamps | {str(own): "other code"})
+    assert "other code" in why_stale((own, scene), stamps | {str(scene): "other photographs"})
+    os.utime(ledger_of(own), (1, 1))
+    assert "older than" in why_stale((own, scene), stamps)
+    ledger_of(own).unlink()
+    assert "other code" in why_stale((own, scene), stamps)

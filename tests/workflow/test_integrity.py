@@ -4,6 +4,7 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 
 import pytest
 import yaml
@@ -133,18 +134,24 @@ def test_a_table_of_no_target_is_set_aside(copied):
     assert (copied / RESULTS / "tables/nvs_orbit.csv").is_file()
 
 
-def test_a_job_that_died_after_a_change_runs_again(copied):
-    """Its old output is gone, and the tables that stand there are older than the change."""
-    (copied / "tiny.yaml").write_text(yaml.safe_dump(tiny() | {"selectors": {"random": {"reshuffle": True}}}))
-    killed = copied / "killed" / "python"
+def run_killed(folder):
+    """Run the workflow where every job is killed at its start, as by the out-of-memory killer."""
+    killed = folder / "killed" / "python"
     killed.parent.mkdir()
     killed.write_text("#!/bin/sh\nkill -9 $$\n")
     killed.chmod(0o755)
     variables = environment()
     variables["PATH"] = f"{killed.parent}{os.pathsep}{variables['PATH']}"
     words = ["snakemake", "-j1", "tables", "--configfile", "tiny.yaml", "--max-jobs-per-timespan", "1000/1s"]
-    result = subprocess.run(words, cwd=copied, env=variables, capture_output=True, text=True, check=False)
+    result = subprocess.run(words, cwd=folder, env=variables, capture_output=True, text=True, check=False)
     assert result.returncode == 1
+    return result
+
+
+def test_a_job_that_died_after_a_change_runs_again(copied):
+    """Its old output is gone, and the tables that stand there are older than the change."""
+    (copied / "tiny.yaml").write_text(yaml.safe_dump(tiny() | {"selectors": {"random": {"reshuffle": True}}}))
+    run_killed(copied)
     assert not (copied / EPISODE).exists()
     assert not list((copied / RESULTS / "tables").glob("nvs*"))
     assert planned(copied)[0] >= {"episode"} | SHOWN
@@ -196,3 +203,27 @@ def test_code_that_the_kernels_share_with_the_episodes_reruns_both(finished, tmp
     with open(copied / "avs/rasterizer/adam.py", "a") as source:
         source.write("# another line\n")
     assert planned(copied)[0] >= {"kernels", "episode", "common_states", "ranking_table"} | SHOWN
+
+
+def test_tables_of_what_is_there_leave_out_what_other_code_made(finished, tmp_path):
+    """Other code of one method: its episodes that the run has not made again yet are not averaged with others."""
+    copied = copy_of(finished, tmp_path / "copied", linked=("metrics",))
+    source = copied / "avs/selectors/random.py"
+    source.write_text(source.read_text() + "# another line\n")
+    os.utime(source, (1, 1))
+    episode = (copied / EPISODE).read_bytes()
+    run_killed(copied)
+    (copied / EPISODE).parent.mkdir(parents=True, exist_ok=True)
+    (copied / EPISODE).write_bytes(episode)  # as of a job that was not yet begun
+    words = [sys.executable, "-m", "avs", "report", RESULTS]
+    result = subprocess.run(words, cwd=copied, env=environment(), capture_output=True, text=True, check=False)
+    table = (copied / RESULTS / "tables_incomplete/nvs_orbit.md").read_text()
+    assert "Incomplete: 1 of 2 episodes is missing" in table, result.stderr
+    assert "Random: no episode: it was made with other code or of other files than the last run had" in table
+
+
+def test_results_are_not_taken_unseen(copied):
+    (copied / EPISODE).unlink()
+    result = run(copied, "-n", "--ignore-incomplete", "tables")
+    assert result.returncode == 1
+    assert "--ignore-incomplete: would take results for current that are damaged" in result.stdout + result.stderr

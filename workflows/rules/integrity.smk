@@ -1,6 +1,8 @@
 # Nothing stale and nothing damaged: what earlier runs left is checked before the plan is made, and what is not as it
 # should be is made again. Files that are seen by readers are set aside until then.
 
+from snakemake.dag import DAG
+from snakemake.exceptions import WorkflowError
 from snakemake.io import is_flagged
 from snakemake.persistence import PersistenceBase
 
@@ -79,6 +81,20 @@ def has_other_sources(job):
     return told != stamp
 
 
+def refusing(check):
+    """Return ``DAG.check_incomplete`` which refuses to run without looking: old results would pass for current ones."""
+
+    async def check_incomplete(self):
+        if self.ignore_incomplete and self.workflow.execution_settings is not None:
+            raise WorkflowError(
+                "--ignore-incomplete: would take results for current that are damaged, unfinished or of other code; "
+                "leave it out"
+            )
+        await check(self)
+
+    return check_incomplete
+
+
 def check_results():
     """Find what is not as it should be, and let Snakemake take it for incomplete."""
     damage = find_damage(Path(LOGS))
@@ -110,6 +126,7 @@ def check_results():
         return [*await incomplete(self, job), *files]
 
     PersistenceBase.incomplete = incomplete_too
+    DAG.check_incomplete = refusing(DAG.check_incomplete)
     return damage, outside, outdated
 
 

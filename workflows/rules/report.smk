@@ -47,6 +47,11 @@ def write_plan():
         published_times=PUBLISHED_TIMES,
         records=records,
         logs={rule: str(log) for rule, log in logs.items()},
+        stamps={
+            str(job.log[0]): job.params.made_of
+            for job in workflow.dag.jobs
+            if job.log and hasattr(job.params, "made_of")
+        },
     )
     write_record(Path(PLAN), plan)
 
