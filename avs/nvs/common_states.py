@@ -30,6 +30,7 @@ from avs.selection.choice import notes_of, select_views
 from avs.selection.contract import Method, PreparesRepresentation, Resources, Selector, State
 from avs.selection.session import Builder, Session
 from avs.selection.truth import gains, sample, true_metrics
+from avs.selection.untouched import untouched
 from avs.system.errors import UserError
 from avs.system.files import file_hash
 from avs.system.provenance import clock
@@ -145,17 +146,22 @@ class _States:
         checked = registry.create_settings(settings.method, settings.selector)
         selector: Selector | None = None
         failure = None
+        own_fit = False
         notes: list[str] = []
         scores: list[list[float | None] | None] = []
         try:
             selector = method.selector(checked, Resources(weights, self._settings.device))
+            own_fit = isinstance(selector, PreparesRepresentation)
             for state in self._shown(settings.method, method, selector):
-                scores.append(select_views(method, selector, state, 1).recorded_scores())
+                with untouched(method.label, state, disposable=not own_fit):
+                    chosen = select_views(method, selector, state, 1)
+                scores.append(chosen.recorded_scores())
             notes = notes_of(method, selector)
         # a plug-in may raise anything, or end the process; the others' scores are worth more than its end
         except (Exception, SystemExit) as error:
             # marked, so that nobody takes it for the end of this job
             print(textwrap.indent(traceback.format_exc(), "| "), flush=True)
+            self._photographs = Photographs(self.scene)  # it may have written into those that it was shown
             failure = str(error) if isinstance(error, UserError) else f"{type(error).__name__}: {error}"
         seconds = clock(self._settings.device) - start
         self._progress(f"{self.scene.name}, {method.label}: {failure or f'scored in {seconds:.1f} s'}")
@@ -166,7 +172,7 @@ class _States:
             chooses=method.chooses,
             selector=checked.model_dump(mode="json"),
             weights_hash=None if weights is None else file_hash(weights),
-            own_fit=isinstance(selector, PreparesRepresentation),
+            own_fit=own_fit,
             notes=notes,
             scores=[*scores, *[None] * (len(self.moments) - len(scores))],
             failure=failure,

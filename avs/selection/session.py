@@ -14,7 +14,7 @@ from avs.scene.scene import Scene
 from avs.scene.views import Views
 from avs.selection.choice import select_views
 from avs.selection.contract import Method, PreparesRepresentation, Selection, Selector, State, Truth
-from avs.system.errors import UserError
+from avs.selection.untouched import untouched
 from avs.system.provenance import clock
 
 Builder = Callable[[IndexArray], Representation]
@@ -166,18 +166,14 @@ class TimedSelection:
 
 
 def timed_selection(method: Method, selector: Selector, state: State, k: int, device: str) -> TimedSelection:
-    """Let a method choose ``k`` candidates, with the clock running; see ``avs.selection.choice.select_views``."""
+    """Let a method choose ``k`` candidates, with the clock running; see ``avs.selection.choice.select_views``.
+
+    Raises:
+        UserError: the method changed what it was shown; see also ``select_views``.
+    """
     stopwatch = Stopwatch(state.representation, device)
-    before = _progress(state.representation)
-    start = clock(device)
-    selection = select_views(method, selector, replace(state, representation=stopwatch), k)
-    seconds = clock(device) - start
-    if _progress(state.representation) != before:
-        fault = "went on fitting the reconstruction that it was shown"
-        raise UserError(f"method {method.label}", fault, "let it work on a copy (capability copy)")
+    with untouched(method.label, state):
+        start = clock(device)
+        selection = select_views(method, selector, replace(state, representation=stopwatch), k)
+        seconds = clock(device) - start
     return TimedSelection(selection, seconds, stopwatch.seconds)
-
-
-def _progress(representation: object) -> tuple[object, ...]:
-    """Return what tells of a reconstruction that was fitted further, as far as its kind counts that."""
-    return tuple(getattr(representation, name, None) for name in ("iteration", "primitives"))

@@ -17,6 +17,7 @@ from avs.representations.gaussians.objective import LikelihoodObjective
 from avs.representations.gaussians.optimization import create_optimizers
 from avs.representations.gaussians.parameters import PrimitiveParameter, extend_parameters
 from avs.representations.gaussians.ply import write_ply
+from avs.representations.gaussians.rendering import rasterizer_arguments
 from avs.representations.gaussians.variance import variance_reductions
 from avs.representations.learned_variance import HasLearnedVariance, VarianceLearning, VarianceReduction
 from avs.system.errors import UserError
@@ -65,7 +66,7 @@ def test_the_loss_is_the_likelihood_and_dssim(views, attenuated):  # noqa: F811
     representation = extended(attenuated=attenuated)
     with torch.no_grad():
         representation.parameters["log_variances"].normal_(generator=torch.Generator().manual_seed(0))
-        arguments = representation._arguments(CAMERAS[:1], 0)
+        arguments = rasterizer_arguments(representation.parameters, CAMERAS[:1], 0, torch.zeros(1, 3))
         target = prepare_target(views.images[0], torch.device("cpu"))
         loss, _ = LikelihoodObjective(rule, 0.2)(representation.parameters, arguments, target)
         beta = representation.parameters["log_variances"].exp()

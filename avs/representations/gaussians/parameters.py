@@ -11,6 +11,7 @@ import torch
 from torch.nn import Parameter
 
 from avs.representations.gaussians.initialization import DARKEST, SH_DEGREE_0, PointCloud, initial_scales
+from avs.system.errors import UserError
 
 Parameters = dict[str, Parameter]
 """The tensors, by the names that gsplat's strategies expect:
@@ -70,3 +71,33 @@ def extend_parameters(parameters: Parameters, extra: Mapping[str, PrimitiveParam
         if name in parameters:
             raise ValueError(f"parameter {name} is there already")
         parameters[name] = Parameter(torch.full((len(means),), one.initial, device=means.device))
+
+
+def check_finite(parameters: Parameters, iteration: int) -> None:
+    """Refuse Gaussians that cannot be optimised further.
+
+    Args:
+        parameters: their tensors.
+        iteration: optimisation steps done so far, for the message.
+
+    Raises:
+        UserError: parameters stopped being finite, or every Gaussian was pruned.
+    """
+    broken = [name for name, values in parameters.items() if not bool(torch.isfinite(values).all())]
+    fault = f"{', '.join(broken)} stopped being finite" if broken else "every Gaussian was pruned"
+    if broken or not len(parameters["means"]):
+        remedy = "lower the learning rates or check the scene's cameras and points"
+        raise UserError(f"reconstruction at step {iteration}", fault, remedy)
+
+
+def torch_device(name: str) -> torch.device:
+    """Return the device ``cpu`` or ``cuda``.
+
+    Raises:
+        UserError: the name is another one, or there is no such device here.
+    """
+    if name not in ("cpu", "cuda"):
+        raise UserError(f"device {name!r}", "is not known", "choose cpu or cuda")
+    if name == "cuda" and not torch.cuda.is_available():
+        raise UserError("device 'cuda'", "is not available on this machine", "choose cpu")
+    return torch.device(name)

@@ -5,15 +5,12 @@ from __future__ import annotations
 import copy
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import torch
-from torch import Tensor
 
 from avs.rasterizer.losses import Target, prepare_target
-from avs.rasterizer.rasterization import rasterization
 from avs.representations.base import FloatImages, Rendering
 from avs.representations.capabilities import FisherInformation
 from avs.representations.gaussians.blending_weights import WeightSums, blended_values, front_weights
@@ -24,9 +21,18 @@ from avs.representations.gaussians.initialization import PointCloud, initial_poi
 from avs.representations.gaussians.objective import LOG_VARIANCES, LikelihoodObjective, Objective, PhotometricObjective
 from avs.representations.gaussians.optimization import active_degree, create_optimizers, follow_schedules
 from avs.representations.gaussians.parameter_information import parameter_fisher
-from avs.representations.gaussians.parameters import NAMES, Parameters, create_parameters, extend_parameters
+from avs.representations.gaussians.parameters import (
+    NAMES,
+    Parameters,
+    check_finite,
+    create_parameters,
+    extend_parameters,
+    torch_device,
+)
 from avs.representations.gaussians.ply import write_ply
 from avs.representations.gaussians.probes import probe_views
+from avs.representations.gaussians.rendering import rasterizer_arguments, rendered
+from avs.representations.gaussians.training_state import checksum, optimizer_tensors, restore_moments
 from avs.representations.gaussians.variance import variance_reductions
 from avs.representations.learned_variance import VarianceLearning, VarianceReduction
 from avs.scene.cameras import Cameras, IndexArray
@@ -37,9 +43,6 @@ from avs.system.errors import UserError
 
 CHECK_EVERY = 100
 """Steps between checks that every parameter is finite."""
-
-CAMERAS_PER_BATCH = 8
-"""Cameras that one call of the rasteriser renders, which bounds its memory."""
 
 
 def build(scene: Scene, captured: IndexArray, settings: GaussianSettings, seed: int, device: str) -> GaussianSplats:
@@ -90,7 +93,7 @@ class GaussianSplats:
         self.extent = extent
         self.to_capture = to_capture
         self.iteration = 0
-        self._device = _device(device)
+        self._device = torch_device(device)
         self._generator = generator
         self.parameters: Parameters = create_parameters(
             cloud, settings.points.opacity, settings.sh_degree, self._device
@@ -141,8 +144,8 @@ class GaussianSplats:
             index = self._queue.pop()
             self._step(targets[index], views.cameras[index])
             if self.iteration % CHECK_EVERY == 0 or not self.primitives:
-                self._check()
-        self._check()
+                check_finite(self.parameters, self.iteration)
+        check_finite(self.parameters, self.iteration)
 
     def render(self, cameras: Cameras) -> Rendering:
         """Render ``cameras``, which share one image size; depth is the expected depth, colours are clamped to 0..1.
@@ -150,21 +153,7 @@ class GaussianSplats:
         Raises:
             ValueError: the image sizes differ, or there is no camera.
         """
-        sizes = list(cameras.by_size())
-        if len(sizes) != 1:
-            raise ValueError(f"expected cameras of one image size, got {len(sizes)} sizes")
-        batches = [cameras[i : i + CAMERAS_PER_BATCH] for i in range(0, len(cameras), CAMERAS_PER_BATCH)]
-        with torch.no_grad():
-            rendered = [
-                rasterization(**self._arguments(batch, self.sh_degree), packed=False, render_mode="RGB+ED")[:2]
-                for batch in batches
-            ]
-        image = torch.cat([image for image, _ in rendered]).cpu()
-        alpha = torch.cat([alpha for _, alpha in rendered]).cpu()[..., 0]
-        depth = torch.where(alpha > 0, image[..., 3], torch.zeros(()))
-        return Rendering(
-            rgb=image[..., :3].clamp(0, 1).contiguous().numpy(), depth=depth.numpy(), alpha=alpha.clamp(0, 1).numpy()
-        )
+        return rendered(self.parameters, cameras, self.sh_degree, self._background)
 
     def copy(self, seed: int | None = None) -> GaussianSplats:
         """Return an independent copy that goes on with the same bits; photographs, which never change, are shared.
@@ -211,18 +200,17 @@ class GaussianSplats:
             variances = self.parameters[LOG_VARIANCES].exp()
         return variance_reductions(self.parameters, variances, cameras, self._objective.rule.attenuated, rule)
 
+    def fingerprint(self) -> int:
+        """Return a checksum of the parameters and of the generator's state: see ``training_state.checksum``."""
+        return checksum(self.parameters, self._generator.bit_generator.state)
+
     def export(self, folder: Path) -> None:
         """Write ``splats.ply``, in the coordinates of the capture, to ``folder``: see ``ply.write_ply``."""
         write_ply(folder / "splats.ply", self.parameters, self.to_capture)
 
     def save(self, path: Path) -> None:
         """Write parameters, optimiser moments, density statistics, counters and the generator's state to ``path``."""
-        tensors: dict[str, Tensor] = dict(self.parameters)
-        adam_steps = {}
-        for name, optimizer in self._optimizers.items():
-            moments = dict(optimizer.state[self.parameters[name]])
-            adam_steps[name] = moments.pop("step", 0)
-            tensors |= {f"{name}.{key}": value for key, value in moments.items()}
+        tensors, adam_steps = optimizer_tensors(self.parameters, self._optimizers)
         tensors |= {f"density.{key}": value for key, value in self._density.statistics().items()}
         state = CheckpointState(
             settings=self.settings,
@@ -253,10 +241,7 @@ class GaussianSplats:
         tensors = {name: tensor.to(self._device) for name, tensor in tensors.items()}
         self.parameters = {name: torch.nn.Parameter(tensors[name]) for name in names}
         self._optimizers = create_optimizers(self.parameters, self.settings, self.extent, self._objective.parameters)
-        for name, optimizer in self._optimizers.items():
-            if state.adam_steps[name]:
-                moments = {key: tensors[f"{name}.{key}"] for key in ("exp_avg", "exp_avg_sq")}
-                optimizer.state[self.parameters[name]] = {"step": state.adam_steps[name], **moments}
+        restore_moments(self.parameters, self._optimizers, tensors, state.adam_steps)
         self._density.restore({key: tensors[f"density.{key}"] for key in STATISTICS if f"density.{key}" in tensors})
         self.iteration = state.iteration
         self._queue, self._view_count = list(state.queue), state.view_count
@@ -280,7 +265,9 @@ class GaussianSplats:
         step = self.iteration + 1
         self._density.before_step(self.parameters, self._optimizers, step, self._generator)
         degree = follow_schedules(self._optimizers, self.settings, self.extent, step)
-        loss, meta = self._objective(self.parameters, self._arguments(camera, degree), target)
+        absolute = self.settings.densification.absolute_gradient
+        arguments = rasterizer_arguments(self.parameters, camera, degree, self._background, absolute=absolute)
+        loss, meta = self._objective(self.parameters, arguments, target)
         self._density.before_backward(self.parameters, self._optimizers, step, meta)
         loss.backward()  # type: ignore[no-untyped-call]
         self._density.after_backward(self.parameters, step, meta)
@@ -288,39 +275,3 @@ class GaussianSplats:
             optimizer.step()
             optimizer.zero_grad()
         self.iteration = step
-
-    def _arguments(self, cameras: Cameras, degree: int) -> dict[str, Any]:
-        """Return the arguments with which the rasteriser renders cameras of one image size."""
-        width, height = (int(side) for side in cameras.sizes[0])
-        return {
-            "means": self.parameters["means"],
-            "quats": self.parameters["quats"],
-            "scales": self.parameters["scales"].exp(),
-            "opacities": self.parameters["opacities"].sigmoid(),
-            "colors": self.parameters["sh"],
-            "viewmats": torch.tensor(cameras.world_to_camera, dtype=torch.float32, device=self._device),
-            "Ks": torch.tensor(cameras.intrinsics, dtype=torch.float32, device=self._device),
-            "width": width,
-            "height": height,
-            "sh_degree": degree,
-            "absgrad": self.settings.densification.absolute_gradient,
-            "backgrounds": self._background.expand(len(cameras), -1),
-        }
-
-    def _check(self) -> None:
-        broken = [name for name, values in self.parameters.items() if not bool(torch.isfinite(values).all())]
-        fault = f"{', '.join(broken)} stopped being finite" if broken else "every Gaussian was pruned"
-        if broken or not self.primitives:
-            raise UserError(
-                f"reconstruction at step {self.iteration}",
-                fault,
-                "lower the learning rates or check the scene's cameras and points",
-            )
-
-
-def _device(name: str) -> torch.device:
-    if name not in ("cpu", "cuda"):
-        raise UserError(f"device {name!r}", "is not known", "choose cpu or cuda")
-    if name == "cuda" and not torch.cuda.is_available():
-        raise UserError("device 'cuda'", "is not available on this machine", "choose cpu")
-    return torch.device(name)
