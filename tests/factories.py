@@ -30,10 +30,10 @@ def ring(count, radius=3.0, size=(24, 16)):
     return Cameras(transforms, intrinsics, np.tile(np.array([size], dtype=np.int64), (count, 1)))
 
 
-def small_scene(folder, count=40, name="toy", size=(24, 16)) -> Scene:
+def small_scene(folder, count=40, name="toy", size=(24, 16), darkest=40) -> Scene:
     """Write and read a scene of ``count`` flat pictures on a ring; picture i is brighter the larger i."""
     cameras = ring(count, size=size)
-    images = tuple(np.full((size[1], size[0], 3), 40 + 4 * i, dtype=np.uint8) for i in range(count))
+    images = tuple(np.full((size[1], size[0], 3), darkest + 4 * i, dtype=np.uint8) for i in range(count))
     rng = np.random.default_rng(0)
     points = Points(
         positions=rng.normal(size=(12, 3)),

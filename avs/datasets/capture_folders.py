@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from avs.system.errors import UserError
-from avs.system.files import explained
+from avs.system.files import explained, file_hash
 from avs.system.reasons import Reason
 
 PARTS = ("images", "sparse", "colmap/sparse")
@@ -54,11 +54,12 @@ def find_captures(folder: Path) -> FoundCaptures:
             candidates = sorted(inside, key=lambda path: (path.is_symlink(), path.name != _scene_name(path), path.name))
     folders: dict[str, Path] = {}
     left_out: dict[str, Reason] = {}
+    keys: dict[tuple[object, ...], Path] = {}
     for path in candidates:
         try:
             if not _is_capture(path):
                 continue
-            reason = _why_unusable(path, folders)
+            reason = _why_unusable(path, folders) or _why_copy(path, keys)
         except OSError as error:
             cause = f"cannot be read ({(error.strerror or str(error)).lower()})"
             reason = Reason(cause=cause, remedy="give yourself the permission, or mend the link")
@@ -82,6 +83,22 @@ def capture_files(folder: Path) -> list[Path]:
         OSError: a folder cannot be read.
     """
     return sorted(path for part in PARTS for path in walk_files(folder / part))
+
+
+def photographs_key(folder: Path) -> tuple[object, ...] | None:
+    """Return what tells the photographs of a capture from those of others, whatever they are called; None without any.
+
+    That is the sizes of all files in ``images`` and the hash of the smallest one: photographs of one scene seldom have
+    as many bytes as one another, and to read all of them takes minutes.
+
+    Raises:
+        OSError: a file cannot be read.
+    """
+    sizes = sorted((path.stat().st_size, path) for path in walk_files(folder / "images"))
+    smallest = [path for size, path in sizes if size == sizes[0][0]]
+    if not sizes or not sizes[-1][0]:
+        return None
+    return (tuple(size for size, _ in sizes), min(file_hash(path) for path in smallest))
 
 
 def walk_files(folder: Path) -> Iterator[Path]:
@@ -145,6 +162,16 @@ def _why_unusable(path: Path, folders: dict[str, Path]) -> Reason | None:
             name = _shown(file.relative_to(path))
             return Reason(cause=f"has a file whose name the workflow cannot take, {name}", remedy=remedy)
     return None
+
+
+def _why_copy(path: Path, keys: dict[tuple[object, ...], Path]) -> Reason | None:
+    """Say of which capture another is a copy, or add it to ``keys`` and return None: a scene does not count twice."""
+    key = photographs_key(path)
+    first = path if key is None else keys.setdefault(key, path)
+    if first == path:
+        return None
+    cause = f"has the same photographs as {_shown(_name(first))}"
+    return Reason(cause=cause, remedy="take one away, or give it a data set of its own")
 
 
 def _can_be_named(path: Path) -> bool:

@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import Field
 
 from avs.datasets.capture_consistency import consistency_notes, unseen_notes
-from avs.datasets.capture_folders import capture_files, find_captures
+from avs.datasets.capture_folders import capture_files, find_captures, photographs_key
 from avs.datasets.capture_models import ChosenModel, choose_model
 from avs.datasets.capture_pictures import Picture, picture_notes, plan_pictures, unique_names
 from avs.datasets.capture_repeats import repeat_notes, repeated, without
@@ -58,8 +58,9 @@ class Captures(Reader, CaptureSettings):
         return capture_files(self._folder)
 
     def identity(self) -> tuple[object, ...]:
-        """Return the capture's folder."""
-        return (self.source, str(self._folder.resolve()))
+        """Return what tells its photographs from those of others: a copy is the same scene."""
+        key = photographs_key(self._folder)
+        return (self.source, str(self._folder.resolve()) if key is None else key)
 
     def prepare(self, dataset: str, folder: Path) -> None:
         """Turn the capture into a scene; see ``prepare`` of this module."""

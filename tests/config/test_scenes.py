@@ -21,8 +21,8 @@ def embedded(pattern, *seeds):
 
 @pytest.fixture
 def captures(tmp_path):
-    for name in ("one", "two"):
-        small_scene(tmp_path / "captures" / name, count=16, name=name)
+    for number, name in enumerate(("one", "two")):
+        small_scene(tmp_path / "captures" / name, count=16, name=name, darkest=40 + number)
     return str(tmp_path / "captures")
 
 
@@ -50,6 +50,17 @@ def test_a_scene_has_one_use(name, seed, line):
     with pytest.raises(UserError, match=f"handheld_{seed} of .*: is the scene handheld_{seed} of .*: {line}") as caught:
         scenes_of(load(changed))
     assert "\n" not in str(caught.value)
+
+
+def test_a_copy_of_a_capture_has_one_use_too(tmp_path):
+    changed = values()
+    for name in ("studied", "tested"):
+        small_scene(tmp_path / name / name, count=16, name=name)
+        changed["datasets"][name] = {"source": "captures", "folder": str(tmp_path / name)}
+    changed["distortions"]["training"] = ["studied"]
+    line = "tested of tested: is the scene studied of studied: one is for training scorers, the other evaluated"
+    with pytest.raises(UserError, match=line):
+        scenes_of(load(changed))
 
 
 def test_a_scene_stays_as_it_is_when_another_is_added():

@@ -50,6 +50,15 @@ def test_a_second_capture_of_a_scene_name_is_left_out(tmp_path):
     assert told(tmp_path) == (["a_b", "c"], causes)
 
 
+def test_a_copy_of_a_capture_is_left_out_whatever_its_images_are_called(tmp_path):
+    for name, images in {"fox": ("a.png", "b.png"), "fox again": ("1.png", "2.png"), "hen": ("a.png", "b.png")}.items():
+        capture(tmp_path / name, *images)
+        for content, image in enumerate(images):
+            (tmp_path / name / "images" / image).write_bytes(b"ab"[content : content + 1] * (3 + content))
+    (tmp_path / "hen" / "images" / "a.png").write_bytes(b"hen")  # of as many bytes
+    assert told(tmp_path) == (["fox", "hen"], {"fox again": "has the same photographs as fox"})
+
+
 @pytest.mark.parametrize("name", [b"\xe9t\xe9.png", b"{scene}.png", b"<scene>.png", b"a\nb.png", b"a.png "])
 def test_a_capture_with_a_file_that_the_workflow_cannot_name_is_left_out(name, tmp_path):
     capture(tmp_path / "good")

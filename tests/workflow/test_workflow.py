@@ -205,8 +205,8 @@ def test_resume_refuses_while_a_run_is_alive(finished):
 def test_a_damaged_capture_ends_its_own_jobs_only(tmp_path):
     folder = checkout(tmp_path / "run")
     captures = tmp_path / "captures"
-    for name in ("good", "bad"):
-        small_scene(captures / name, count=16, name=name)
+    for number, name in enumerate(("good", "bad")):
+        small_scene(captures / name, count=16, name=name, darkest=40 + number)
     image = captures / "bad" / "images" / "005.png"
     image.write_bytes(image.read_bytes()[:60])
     values = tiny() | {"methods": ["farthest"], "scenes_dir": str(captures)}
@@ -230,7 +230,7 @@ def test_a_damaged_capture_ends_its_own_jobs_only(tmp_path):
     assert {line.split(",")[0] for line in ranking[1:]} == {"farthest"}
 
     # With the capture corrected, the same line completes the run: its tables replace the incomplete ones.
-    small_scene(tmp_path / "again", count=16, name="bad")
+    small_scene(tmp_path / "again", count=16, name="bad", darkest=41)
     shutil.copy(tmp_path / "again" / "images" / "005.png", image)
     result = run(folder, "-j2", "tables")
     assert result.returncode == 0, result.stdout + result.stderr
