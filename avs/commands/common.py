@@ -17,9 +17,9 @@ commands = typer.Typer()
 @commands.command()
 def kernels(log: Log = None) -> None:
     """Compile the CPU kernels, so that no episode has to."""
-    from avs.representations.gaussians.compilation import compile_kernels
-
     with job(log):
+        from avs.representations.gaussians.compilation import compile_kernels
+
         limit_threads()
         compile_kernels()
 
@@ -27,16 +27,16 @@ def kernels(log: Log = None) -> None:
 @commands.command()
 def schemas(out: Annotated[Path, typer.Option(help="folder to write to")] = Path("workflows/schemas")) -> None:
     """Generate the JSON schemas of the configuration, the scene file and the records."""
-    from avs.config.schemas import write_schemas
-
     with job(None):
+        from avs.config.schemas import write_schemas
+
         write_schemas(out)
 
 
 @commands.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
 def resume(context: typer.Context) -> None:
     """Complete a killed run: unlock, unless a run is alive, then call snakemake with the arguments that follow."""
-    from avs.system.resume import resume as run
-
     with job(None):
+        from avs.system.resume import resume as run
+
         run(context.args)

@@ -22,9 +22,9 @@ commands = typer.Typer()
 @commands.command()
 def scene(settings: SettingsFile, out: Out, log: Log = None) -> None:
     """Prepare a scene, as the reader of its data set does."""
-    from avs.config.jobs import SceneJob
-
     with job(log):
+        from avs.config.jobs import SceneJob
+
         told = read_settings(settings, SceneJob)
         told.scene.prepare(told.dataset, out)
         if told.points is not None:

@@ -23,10 +23,10 @@ def niqe_fit(
     log: Log = None,
 ) -> None:
     """Fit NIQE's parameters on photographs, where the published ones are absent."""
-    from avs.iqa.no_reference.niqe_fit import fit_scenes
-    from avs.iqa.no_reference.niqe_settings import FitSettings
-
     with job(log) as console:
+        from avs.iqa.no_reference.niqe_fit import fit_scenes
+        from avs.iqa.no_reference.niqe_settings import FitSettings
+
         limit_threads()
         checked = FitSettings() if settings is None else read_settings(settings, FitSettings)
         fit_scenes(scenes, checked, out, console.progress)

@@ -27,10 +27,10 @@ def episode(
     log: Log = None,
 ) -> None:
     """Run one episode: one method on one scene with one seed."""
-    from avs.nvs.episode_settings import EpisodeSettings
-    from avs.nvs.experiment import run_episode
-
     with job(log) as console:
+        from avs.nvs.episode_settings import EpisodeSettings
+        from avs.nvs.experiment import run_episode
+
         limit_threads()
         checked = read_settings(settings, EpisodeSettings)
         run_episode(scene, checked, seed, weights, out, console.progress, views, follow)
@@ -48,10 +48,10 @@ def common_states(
     log: Log = None,
 ) -> None:
     """Let all methods score the same candidates of one reconstruction, and measure the truth of them."""
-    from avs.nvs.common_states import write_common_states
-    from avs.nvs.common_states_settings import CommonStatesJob
-
     with job(log) as console:
+        from avs.nvs.common_states import write_common_states
+        from avs.nvs.common_states_settings import CommonStatesJob
+
         limit_threads()
         pairs = (each.partition("=") for each in weights or [])
         files = {method: Path(path) for method, _, path in pairs}
@@ -67,8 +67,8 @@ def replay(
     log: Log = None,
 ) -> None:
     """Run an episode again on the views that its record lists."""
-    from avs.nvs.experiment import replay_episode
-
     with job(log) as console:
+        from avs.nvs.experiment import replay_episode
+
         limit_threads()
         replay_episode(scene, episode, device, out, console.progress)

@@ -21,10 +21,10 @@ Dataset = Annotated[str, typer.Option(help="data set whose records these are")]
 @commands.command("nvs_table")
 def nvs_table(episodes: Episodes, dataset: Dataset, settings: SettingsFile, out: Stem, log: Log = None) -> None:
     """Write the view selection table of a data set as csv, md and tex."""
-    from avs.config.jobs import TableJob
-    from avs.report.tables.view_synthesis import write_nvs_table
-
     with job(log):
+        from avs.config.jobs import TableJob
+        from avs.report.tables.view_synthesis import write_nvs_table
+
         told = read_settings(settings, TableJob)
         published = None if told.published is None else Path(told.published)
         write_nvs_table(episodes, told.methods, dataset, published, out, told.absent, told.reference, told.left_out)
@@ -33,10 +33,10 @@ def nvs_table(episodes: Episodes, dataset: Dataset, settings: SettingsFile, out:
 @commands.command("ranking_table")
 def ranking_table(records: States, dataset: Dataset, settings: SettingsFile, out: Stem, log: Log = None) -> None:
     """Write how well each method's scores rank the candidates of a data set, as csv, md and tex."""
-    from avs.config.jobs import RowsJob
-    from avs.report.tables.score_ranking import write_ranking_table
-
     with job(log):
+        from avs.config.jobs import RowsJob
+        from avs.report.tables.score_ranking import write_ranking_table
+
         told = read_settings(settings, RowsJob)
         write_ranking_table(records, told.methods, dataset, out, told.absent)
 
@@ -51,10 +51,10 @@ def runtime_table(
     log: Log = None,
 ) -> None:
     """Write the table of selection times as csv, md and tex."""
-    from avs.config.jobs import RowsJob
-    from avs.report.tables.selection_times import write_runtime_table
-
     with job(log):
+        from avs.config.jobs import RowsJob
+        from avs.report.tables.selection_times import write_runtime_table
+
         told = read_settings(settings, RowsJob)
         write_runtime_table(records, episode or [], told.methods, told.absent, published or [], out)
 
@@ -62,11 +62,11 @@ def runtime_table(
 @commands.command()
 def report(results: Annotated[Path, typer.Argument(help="folder of a run's results, such as results/ci")]) -> None:
     """Tabulate what is there of a run that has not come to its end, each gap with its cause, and print the tables."""
-    from avs.config.run_plan import RunPlan
-    from avs.config.unfinished_run import unfinished
-    from avs.report.incomplete import write_incomplete_tables
-
     with job(None):
+        from avs.config.run_plan import RunPlan
+        from avs.config.unfinished_run import unfinished
+        from avs.report.incomplete import write_incomplete_tables
+
         written = results / "plan.json"
         if not written.exists():
             raise UserError(written, "is not there", "name the results of a run that has begun, such as results/ci")
@@ -79,8 +79,8 @@ def report(results: Annotated[Path, typer.Argument(help="folder of a run's resul
 @commands.command("psnr_over_views")
 def psnr_over_views(episodes: Episodes, settings: SettingsFile, out: Stem, log: Log = None) -> None:
     """Draw the test PSNR over the number of captured views."""
-    from avs.config.jobs import FigureJob
-    from avs.report.figures.psnr_over_views import write_psnr_over_views
-
     with job(log):
+        from avs.config.jobs import FigureJob
+        from avs.report.figures.psnr_over_views import write_psnr_over_views
+
         write_psnr_over_views(episodes, read_settings(settings, FigureJob).methods, out)

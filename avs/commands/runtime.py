@@ -18,10 +18,10 @@ commands = typer.Typer()
 @commands.command("runtime_state")
 def runtime_state(scene: SceneFolder, settings: SettingsFile, out: Out, log: Log = None) -> None:
     """Fit the reconstruction that methods are timed on."""
-    from avs.nvs.timing import write_state
-    from avs.nvs.timing_settings import StateSettings
-
     with job(log):
+        from avs.nvs.timing import write_state
+        from avs.nvs.timing_settings import StateSettings
+
         limit_threads()
         write_state(scene, read_settings(settings, StateSettings), out)
 
@@ -36,10 +36,10 @@ def runtime(
     log: Log = None,
 ) -> None:
     """Time the selections of one method; nothing else should run meanwhile."""
-    from avs.nvs.timing import time_method
-    from avs.nvs.timing_settings import TimingSettings
-
     with job(log) as console:
+        from avs.nvs.timing import time_method
+        from avs.nvs.timing_settings import TimingSettings
+
         limit_threads()
         checked = read_settings(settings, TimingSettings)
         time_method(scene, state, checked, weights, out, console.progress)

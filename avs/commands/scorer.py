@@ -18,10 +18,10 @@ commands = typer.Typer()
 @commands.command()
 def distortions(scene: SceneFolder, seed: Seed, settings: SettingsFile, out: Out, log: Log = None) -> None:
     """Fit a training scene and keep renderings of it with their SSIM maps."""
-    from avs.iqa.cross_reference.distortion_renders import make_renders
-    from avs.iqa.cross_reference.scorer_settings import RenderJob
-
     with job(log) as console:
+        from avs.iqa.cross_reference.distortion_renders import make_renders
+        from avs.iqa.cross_reference.scorer_settings import RenderJob
+
         limit_threads()
         make_renders(scene, out, read_settings(settings, RenderJob), seed, console.progress)
 
@@ -36,10 +36,10 @@ def scorer_train(
     log: Log = None,
 ) -> None:
     """Train the scorer on renderings."""
-    from avs.config.jobs import TrainingJob
-    from avs.iqa.cross_reference.training import train
-
     with job(log) as console:
+        from avs.config.jobs import TrainingJob
+        from avs.iqa.cross_reference.training import train
+
         limit_threads()
         told = read_settings(settings, TrainingJob)
         train(training, held_out, weights, card, told.scorer, console.progress, told.device)

@@ -26,10 +26,10 @@ def sensitivity_table(
     log: Log = None,
 ) -> None:
     """Write each method's PSNR and rank under variants of the settings, and how the orders agree."""
-    from avs.config.jobs import SensitivityJob
-    from avs.report.tables.setting_sensitivity import write_sensitivity_table
-
     with job(log):
+        from avs.config.jobs import SensitivityJob
+        from avs.report.tables.setting_sensitivity import write_sensitivity_table
+
         told = read_settings(settings, SensitivityJob)
         files: dict[str, list[Path]] = {variant: [] for variant in told.variants}
         for variant, _, path in (each.partition("=") for each in varied or []):

@@ -19,10 +19,10 @@ Records = Annotated[list[Path] | None, typer.Option(help="coverage.json of an ep
 @commands.command("coverage_reference")
 def coverage_reference(scene: SceneFolder, settings: SettingsFile, out: Out, log: Log = None) -> None:
     """Make the cloud of all views of a scene, against which the clouds of its episodes are held."""
-    from avs.coverage.coverage_settings import ReferenceJob
-    from avs.coverage.reference_cloud import write_reference
-
     with job(log):
+        from avs.coverage.coverage_settings import ReferenceJob
+        from avs.coverage.reference_cloud import write_reference
+
         write_reference(scene, read_settings(settings, ReferenceJob), out)
 
 
@@ -36,10 +36,10 @@ def coverage(
     log: Log = None,
 ) -> None:
     """Measure how much of the scene the views of an episode cover."""
-    from avs.coverage.coverage_settings import CoverageJob
-    from avs.coverage.episode_coverage import write_coverage
-
     with job(log) as console:
+        from avs.coverage.coverage_settings import CoverageJob
+        from avs.coverage.episode_coverage import write_coverage
+
         write_coverage(scene, episode, reference, read_settings(settings, CoverageJob), out, console.progress)
 
 
@@ -53,10 +53,10 @@ def coverage_table(
     log: Log = None,
 ) -> None:
     """Write the coverage table of a data set as csv, md and tex."""
-    from avs.config.jobs import CoverageTableJob
-    from avs.report.tables.scene_coverage import write_coverage_table
-
     with job(log):
+        from avs.config.jobs import CoverageTableJob
+        from avs.report.tables.scene_coverage import write_coverage_table
+
         told = read_settings(settings, CoverageTableJob)
         published = None if told.published is None else Path(told.published)
         arguments = (told.methods, dataset, published, out, told.absent, told.lacking, told.reference)
@@ -73,10 +73,10 @@ def coverage_maps(
     log: Log = None,
 ) -> None:
     """Draw where the views of each method leave the reference of a scene uncovered."""
-    from avs.config.jobs import FigureJob
-    from avs.report.figures.coverage_maps import write_coverage_maps
-
     with job(log):
+        from avs.config.jobs import FigureJob
+        from avs.report.figures.coverage_maps import write_coverage_maps
+
         write_coverage_maps(scene, records, covered or [], read_settings(settings, FigureJob).methods, out)
 
 
@@ -85,8 +85,8 @@ def coverage_over_views(
     episodes: Episodes, settings: SettingsFile, out: Stem, coverage: Records = None, log: Log = None
 ) -> None:
     """Draw the surface coverage ratio over the number of captured views."""
-    from avs.config.jobs import FigureJob
-    from avs.report.figures.coverage_over_views import write_coverage_over_views
-
     with job(log):
+        from avs.config.jobs import FigureJob
+        from avs.report.figures.coverage_over_views import write_coverage_over_views
+
         write_coverage_over_views(episodes, coverage or [], read_settings(settings, FigureJob).methods, out)

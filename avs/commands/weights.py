@@ -16,18 +16,18 @@ commands = typer.Typer(no_args_is_help=True, help=HELP)
 @commands.command("list")
 def list_weights() -> None:
     """List the pretrained weights: source, size, licence, the methods that use them, whether they are here."""
-    from avs.system.weights.inventory import listing
-
     with job(None):
+        from avs.system.weights.inventory import listing
+
         print("\n".join(listing()))
 
 
 @commands.command("fetch")
 def fetch_weights(names: Annotated[list[str], typer.Argument(help="names that `avs weights list` shows")]) -> None:
     """Download pretrained weights into the cache folder and verify them; the only command that uses the network."""
-    from avs.system.weights.download import fetch
-
     with job(None):
+        from avs.system.weights.download import fetch
+
         for name in names:
             fetch(name, print)
 
@@ -37,7 +37,7 @@ def check_weights(
     names: Annotated[list[str] | None, typer.Argument(help="weights that must be here; default: all that are")] = None,
 ) -> None:
     """Compare the weights on this machine with the manifest, and read them; exit status 2 if one is bad."""
-    from avs.system.weights.inventory import check
-
     with job(None):
+        from avs.system.weights.inventory import check
+
         check(names or [], print)

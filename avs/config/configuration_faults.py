@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Collection
+import itertools
+from collections.abc import Collection, Sequence
+from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
@@ -31,7 +33,39 @@ def readable(error: ValidationError, model: type[BaseModel], *parents: str) -> U
         return UserError(subject, "names no source", f"add source: {' or '.join(readers())}")
     if first["type"] != "extra_forbidden":
         return UserError(subject, fault, "correct the value")
-    return UserError(subject, *_unknown(str(first["loc"][-1]), "key", _all_keys(model)))
+    word = str(first["loc"][-1])
+    keys = (*parents, *map(str, first["loc"]))
+    others = [name for name, reader in readers().items() if word in reader.model_fields]
+    if keys[0] == "datasets" and len(keys) == 4 and others:
+        return UserError(subject, f"is a key of source {' or '.join(others)}, not of {keys[2]}", "remove it")
+    places = _places(word, model.model_json_schema())
+    if places:
+        near = max(places, key=lambda place: (_shared(place, keys), -len(place)))
+        return UserError(subject, "is no key of this section", f"write it as {'.'.join(near)}")
+    return UserError(subject, *_unknown(word, "key", _all_keys(model)))
+
+
+def _places(word: str, schema: dict[str, Any]) -> list[tuple[str, ...]]:
+    """Return where a model has fields called ``word``: the keys above it and itself; ``NAME`` stands for any name."""
+    definitions, found = schema.get("$defs", {}), []
+    waiting: list[tuple[tuple[str, ...], dict[str, Any]]] = [((), schema)]
+    while waiting:
+        keys, part = waiting.pop()
+        if "$ref" in part:
+            waiting.append((keys, definitions[part["$ref"].rpartition("/")[2]]))
+        for key, inside in part.get("properties", {}).items():
+            waiting.append(((*keys, key), inside))
+            found += [(*keys, key)] if key == word else []
+        waiting += [(keys, each) for kind in ("anyOf", "oneOf", "allOf") for each in part.get(kind, [])]
+        named = [*part.get("patternProperties", {}).values(), part.get("additionalProperties")]
+        waiting += [((*keys, "NAME"), each) for each in named if isinstance(each, dict)]
+    return sorted(set(found))
+
+
+def _shared(place: Sequence[str], other: Sequence[str]) -> int:
+    """Return how many keys two places have in common from the top on; ``NAME`` is any."""
+    pairs = itertools.takewhile(lambda pair: pair[0] in (pair[1], "NAME"), zip(place, other, strict=False))
+    return sum(1 for _ in pairs)
 
 
 def _unknown(word: str, kind: str, known: Collection[str]) -> tuple[str, str]:

@@ -113,7 +113,7 @@ def _niqe_fit(config: Config, _: str) -> FitSettings:
 
 def _episode(config: Config, method: str) -> EpisodeSettings:
     protocol = protocol_of(config, method)
-    moments = ("additions", "views_per_step")  # no other moment can be a method's own
+    moments = ("additions", "views_per_step", "refit")  # what the choice of views has no part in
     return EpisodeSettings(
         method=method,
         device=config.device,

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Literal
 
 from avs.config.configuration import Config, scorer_of
-from avs.iqa.cross_reference.backbone_weights import locate_weights
 from avs.iqa.cross_reference.published_weights import published_weights
 from avs.selection import registry
 from avs.system import weights
@@ -69,14 +68,6 @@ def files_read(config: Config, identifier: str, *, evaluated: bool) -> tuple[Pat
     own = () if is_program(identifier) else registry.find(identifier).method.pretrained
     names = [*own, *([f"lpips-{config.protocol.lpips.net}"] if evaluated else [])]
     return tuple(path for name in names if (path := weights.locate(name)) is not None)
-
-
-def backbone_read(config: Config, scorer: str) -> Path | None:
-    """Return the file of pretrained weights that the training of a scorer begins with, or None for random ones."""
-    settings = scorer_of(config, scorer)
-    if settings.training.backbone_weights == "scratch":
-        return None
-    return locate_weights(settings.network.backbone, settings.training.backbone_tag)
 
 
 def absent_methods(config: Config) -> dict[str, Reason]:

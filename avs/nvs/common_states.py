@@ -7,7 +7,6 @@ of it. What differs between two methods' rank correlations with the truth is the
 
 from __future__ import annotations
 
-import tempfile
 import textwrap
 import traceback
 from collections.abc import Iterator, Mapping
@@ -32,7 +31,7 @@ from avs.selection.session import Builder, Session
 from avs.selection.truth import gains, sample, true_metrics
 from avs.selection.untouched import untouched
 from avs.system.errors import UserError
-from avs.system.files import file_hash
+from avs.system.files import file_hash, temporary_folder
 from avs.system.provenance import clock
 from avs.system.records import write_record
 from avs.system.seeds import seed_of
@@ -66,8 +65,8 @@ def write_common_states(
     """
     check_device(settings.device)
     scene = read_scene(scene_folder)
-    with tempfile.TemporaryDirectory(prefix="avs-states-") as folder:
-        states = _States(scene, settings, seed, Path(folder), progress)
+    with temporary_folder("avs-states-") as folder:
+        states = _States(scene, settings, seed, folder, progress)
         measured = states.measure()
         methods = [states.scored(each, weights.get(each.method)) for each in settings.methods]
     record = CommonStates(

@@ -18,7 +18,8 @@ class EpisodeSettings(StrictModel):
     device: Literal["cpu", "cuda"] = Field(description="where the reconstruction and networks run")
     protocol: ProtocolSettings = Field(description="the loop")
     own_schedule: bool = Field(
-        default=False, description="whether views come at other moments than those of the run's other methods"
+        default=False,
+        description="whether views come at other moments than those of the run's other methods, or refit is another",
     )
     representation: AnyRepresentationSettings = Field(description="the reconstruction")
     selector: dict[str, Any] = Field(description="settings of the method")

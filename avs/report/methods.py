@@ -37,7 +37,10 @@ def presented(identifier: str, episodes: Episodes | None = None) -> Presented:
     proposed = registered is not None and registered.method.proposed
     if episodes is not None and (cells := episodes.cells.get(identifier)):
         episode = next(iter(cells.values()))
-        return Presented(identifier, episode.label, episode.group, proposed)
+        labels = [next(iter(each.values())).label for each in episodes.cells.values() if each]
+        # several programs can call themselves the same
+        label = episode.label if labels.count(episode.label) == 1 else f"{episode.label} ({identifier})"
+        return Presented(identifier, label, episode.group, proposed)
     if registered is None:
         return Presented(identifier, identifier)
     return Presented(identifier, registered.method.label, registered.method.group, proposed)

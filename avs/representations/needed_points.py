@@ -31,5 +31,8 @@ def check_points(scene: Scene, needed: NeededPoints) -> None:
     fault = f"{seen} of {len(points)} points are seen by {needed.views} or more images of the pool"
     if not enough:
         fault = f"the model has {len(points)} points"
+    doubt = next((note for note in scene.notes if "poses" in note), None)
+    if enough and doubt is not None:  # with poses that are wrong, no choice of points helps
+        raise UserError(scene.source, f"{fault}, but {needed.setting} needs {needed.count}", f"correct it: {doubt}")
     remedy = f"set {needed.otherwise if enough else needed.without}, or run the structure from motion again"
     raise UserError(scene.source, f"{fault}, but {needed.setting} needs {needed.count}", remedy)

@@ -28,13 +28,15 @@ ORACLE = "Oracle"
 """Row group of the methods that look at hidden photographs: upper references, which no method is ranked against."""
 
 OWN_SCHEDULE = "Own schedule"
-"""Row group of the methods whose views come at other moments than those of all others: no rank, for that reason."""
+"""Row group of the methods whose views come at other moments than those of all others, or to a reconstruction that then
+begins anew while that of all others goes on, or the other way round: no rank, for that reason."""
 
 REPLAYED = "Replayed views"
 """Row group of the methods that capture another's views on a reconstruction which that method has not changed."""
 
 UNRANKED = {
-    OWN_SCHEDULE: "views come at other moments than in the other rows, which by itself changes the result; no rank",
+    OWN_SCHEDULE: "views come at other moments than in the other rows, or the reconstruction does not go on as theirs "
+    "does when they come, which by itself changes the result; no rank",
     REPLAYED: "the views of another row, captured when they are there, on a reconstruction that is fitted as most are: "
     "what the choice does by itself; no rank, because choosing took that row's own reconstruction",
     ORACLE: "chosen by looking at photographs that a method cannot see; upper references without a rank",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ from avs.scene.colmap.conversion import as_model
 from avs.scene.points import Points
 from avs.scene.views import Views
 from avs.sfm.cloud import Cloud, empty_cloud
+from avs.system.files import temporary_folder
 
 NO_POINTS = Points(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.uint8), np.zeros((0, 2), dtype=np.int64))
 
@@ -36,8 +36,7 @@ def workspace(views: Views) -> Iterator[Path]:
     Args:
         views: n views. Image r is called ``row_name(r)`` and has the identifier r + 1.
     """
-    with tempfile.TemporaryDirectory(prefix="avs-sfm-") as name:
-        folder = Path(name)
+    with temporary_folder("avs-sfm-") as folder:
         (folder / "images").mkdir()
         for row, pixels in enumerate(views.images):
             Image.fromarray(pixels).save(folder / "images" / row_name(row))

@@ -9,6 +9,7 @@ import json
 import os
 import secrets
 import shutil
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -93,6 +94,20 @@ def atomic_folder(target: Path | str) -> Iterator[Path]:
             os.replace(old, target)
         for folder in (temporary, old):
             shutil.rmtree(folder, ignore_errors=True)
+
+
+@contextlib.contextmanager
+def temporary_folder(prefix: str) -> Iterator[Path]:
+    """Yield an empty folder where the system keeps what is temporary; it is removed at the end.
+
+    An ``OSError`` in the block that names no file, as those of a failed write(), names the folder.
+    """
+    with tempfile.TemporaryDirectory(prefix=prefix) as name:
+        try:
+            yield Path(name)
+        except OSError as error:
+            error.filename = error.filename or name
+            raise
 
 
 def write_text(target: Path | str, text: str) -> None:

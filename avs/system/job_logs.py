@@ -5,10 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
+from avs.system.ledger import has_ended
+
 _MARK = "error: "
 _TRACEBACK = "Traceback (most recent call last):"
 # What pydantic puts below a fault.
 _ADVICE = "For further information visit "
+
+_LONGEST = 200
+"""Characters of a program's last line that are repeated."""
 
 
 def fault_of(log: Path) -> str | None:
@@ -38,4 +43,15 @@ def why_missing(logs: Iterable[Path]) -> str:
         fault = fault_of(log)
         if fault is not None:
             return fault
-    return "its job began and did not end" if own.exists() else "its job has not run"
+    if own.exists():
+        return "its job began and did not end"
+    cut = next((log for log in others if log.exists() and not has_ended(log)), None)
+    if cut is None:
+        return "its job has not run"
+    return f"a job that it waits for did not end; {cut} ends with: {_last_line(cut)}"
+
+
+def _last_line(log: Path) -> str:
+    """Return what a job printed last, a program's words of its failure, or that it printed nothing."""
+    lines = [line.strip() for line in log.read_text(encoding="utf-8", errors="replace").splitlines()]
+    return next((line for line in reversed(lines) if line), "it printed nothing")[:_LONGEST]

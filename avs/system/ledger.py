@@ -63,6 +63,14 @@ def made_of(log: Path) -> str | None:
     return first.removeprefix(_MADE_OF).strip() if first.startswith(_MADE_OF) else None
 
 
+def has_ended(log: Path) -> bool:
+    """Return whether the last run of the job that writes to ``log`` ended well: all that it wrote is there."""
+    try:
+        return all(Path(path).is_file() for path in read_checksums(ledger_of(log)))
+    except OSError:
+        return False
+
+
 def why_stale(logs: Sequence[Path], stamps: Mapping[str, str]) -> str | None:
     """Return why what a job wrote does not count, or None if it does or nothing of the kind is known.
 

@@ -30,6 +30,15 @@ def test_every_scale_follows_the_schema(path):
     ("change", "line"),
     [
         ({"mehtods": ["random"]}, "configuration: mehtods: unknown key; did you mean methods?"),
+        ({"budget": 9}, "configuration: budget: is no key of this section; write it as protocol.budget"),
+        (
+            {"protocol": {"max_count": 9}},
+            "configuration: protocol.max_count: is no key of this section; write it as representation.points.max_count",
+        ),
+        (
+            {"datasets": {"orbit": {"source": "embedded", "pattern": "orbit", "seeds": [0], "test_every": 8}}},
+            "configuration: datasets.orbit.test_every: is a key of source captures, not of embedded; remove it",
+        ),
         ({"protocol": {"budgett": 9}}, "configuration: protocol.budgett: unknown key; did you mean budget?"),
         (
             {"datasets": {"orbit": {"source": "embeded", "pattern": "orbit", "seeds": [0]}}},

@@ -95,3 +95,6 @@ def test_a_method_whose_views_come_at_other_moments_is_told_so():
     config = load(values)
     own = {method: settings_of(config, f"episode/{method}").own_schedule for method in config.methods}
     assert own == {"random": True, "farthest": False, "fisherrf4": False}
+    config = load(values | {"method_protocols": {"random": {"refit": "reinit"}}})
+    own = {method: settings_of(config, f"episode/{method}").own_schedule for method in config.methods}
+    assert own == {"random": True, "farthest": False, "fisherrf4": False}

@@ -8,7 +8,7 @@ import yaml
 
 from tests.endurance.project import configuration, finish, killed_run
 
-FOLDERS = ("scenes", "episodes", "scorer", "distortions", "common_states", "settings", "tables", "figures")
+FOLDERS = ("scenes", "episodes", "scorer", "distortions", "common_states", "coverage", "settings", "tables", "figures")
 
 
 def _files(folder, rooms=FOLDERS):

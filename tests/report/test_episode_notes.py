@@ -63,3 +63,11 @@ def test_methods_that_choose_the_same_views_are_told(episode, table):
     assert "- PIQE, FisherRF: the same views in every episode; what differs between these rows" in markdown
     _, markdown, _ = table([episode(method, selected=[method, "y"]) for method, _ in chosen])
     assert "the same views" not in markdown
+
+
+def test_methods_that_call_themselves_the_same_are_told_apart(episode, table):
+    programs = [episode(name, label="Mine") for name in ("first", "second")]
+    _, markdown, _ = table([*programs, episode("random", label="Theirs")], ["first", "second", "random"])
+    assert "| Mine (first) |" in markdown
+    assert "| Mine (second) |" in markdown
+    assert "| Theirs |" in markdown

@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 from factories import small_scene
 
+from avs.datasets.capture_consistency import unseen_notes
 from avs.representations.gaussians.gaussian_settings import GaussianSettings, InitialPoints
 from avs.representations.needed_points import check_points
 from avs.scene.points import Points
@@ -39,6 +40,14 @@ def test_points_without_tracks_name_the_choice_that_takes_them(scene):
     )
     with pytest.raises(UserError, match=line):
         check_points(bare, needed("selected"))
+
+
+def test_poses_that_are_in_doubt_are_the_remedy_where_another_choice_would_hide_it(scene):
+    bare = replace(scene, points=replace(scene.points, observations=scene.points.observations[:0]))
+    note = unseen_notes(scene.names, scene.points, bare.points)
+    line = "needs 4; correct it: 10 of 40 images .* their poses may be wrong or inverted"
+    with pytest.raises(UserError, match=line):
+        check_points(replace(bare, notes=tuple(note)), needed("selected"))
 
 
 @pytest.mark.parametrize("choice", ["sfm", "selected"])

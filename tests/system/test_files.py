@@ -11,7 +11,16 @@ from pathlib import Path
 import pytest
 
 from avs.system.errors import UserError
-from avs.system.files import atomic_folder, atomic_path, canonical_json, explained, file_hash, write_json, write_text
+from avs.system.files import (
+    atomic_folder,
+    atomic_path,
+    canonical_json,
+    explained,
+    file_hash,
+    temporary_folder,
+    write_json,
+    write_text,
+)
 
 
 def names(folder):
@@ -118,6 +127,16 @@ def test_a_failed_write_names_the_result_and_leaves_nothing(tmp_path, limited_fi
     with pytest.raises(UserError, match=r"/scene: file too large"):
         large_folder(tmp_path / "scene")
     assert names(tmp_path) == ["record.json"]
+
+
+def test_a_failed_write_to_what_is_temporary_names_its_folder(limited_file_size):
+    with (
+        pytest.raises(UserError, match=r"/avs-test-\w+: file too large"),
+        explained(),
+        temporary_folder("avs-test-") as made,
+    ):
+        (made / "mesh.ply").write_bytes(b"x" * 100_000)
+    assert not made.exists()
 
 
 _WRITER = """

@@ -3,6 +3,7 @@
 import pytest
 
 from avs.system.job_logs import fault_of, why_missing
+from avs.system.ledger import write_ledger
 
 TRACEBACK = 'Traceback (most recent call last):\n  File "a.py", line 1, in <module>\nValueError: no such thing\n'
 
@@ -32,3 +33,15 @@ def test_a_result_is_missing_for_the_first_fault_of_its_job_and_those_before_it(
     assert why_missing([own, scene, weights]) == "weights: damaged; fetch them"
     own.write_bytes(b"\xff\nerror: own: fault; remedy\n")
     assert why_missing([own, scene, weights]) == "own: fault; remedy"
+
+
+def test_a_result_is_missing_for_a_program_before_it_that_failed_in_its_own_words(tmp_path):
+    own, views, scene = (tmp_path / name for name in ("own", "views", "scene"))
+    scene.write_text("done\n")
+    write_ledger(scene, [])
+    assert why_missing([own, views, scene]) == "its job has not run"
+    views.write_text("reading\nno licence for this machine\n")
+    told = f"a job that it waits for did not end; {views} ends with: no licence for this machine"
+    assert why_missing([own, views, scene]) == told
+    views.write_text("")
+    assert why_missing([own, views, scene]).endswith("ends with: it printed nothing")

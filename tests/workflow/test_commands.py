@@ -1,10 +1,12 @@
 """Every rule calls the command of its own name, and a stage's commands are where its rules are."""
 
+import ast
 import importlib
 import inspect
 import re
 import subprocess
 import sys
+import textwrap
 
 import pytest
 import typer
@@ -62,3 +64,10 @@ def test_every_argument_and_option_says_what_it_is(stage):
         assert all(parameter.help for parameter in command.params), command.name
     for registered in stage.commands.registered_commands:
         assert "with job(" in inspect.getsource(registered.callback)
+
+
+@pytest.mark.parametrize("stage", [*STAGES, weights], ids=lambda stage: stage.__name__)
+def test_a_command_imports_inside_of_its_job_so_that_a_failed_import_is_in_its_log(stage):
+    for command in stage.commands.registered_commands:
+        (function,) = ast.parse(textwrap.dedent(inspect.getsource(command.callback))).body
+        assert not any(isinstance(part, ast.Import | ast.ImportFrom) for part in function.body), command.callback

@@ -1,6 +1,7 @@
 # Cross-reference scorers: renderings of training scenes with their SSIM maps, then the training of each scorer on them.
 
-from avs.config.method_weights import backbone_read
+from avs.config.configuration import scorer_of
+from avs.iqa.cross_reference.backbone_weights import initial_weights
 
 DISTORTIONS = f"{RESULTS}/distortions/{{dataset}}/{{scene}}.safetensors"
 
@@ -28,7 +29,7 @@ def render_seed(wildcards):
 
 def training_backbone(wildcards):
     """Return the file of pretrained weights that training begins with; none for random ones."""
-    return str(backbone_read(settings, wildcards.scorer) or "") or []
+    return str(initial_weights(scorer_of(settings, wildcards.scorer)) or "") or []
 
 
 def training_options(wildcards, input):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,6 +24,7 @@ from avs.datasets.embedded.light.shading import Shader
 from avs.scene.cameras import Cameras, IndexArray
 from avs.scene.scene import Points, write_scene
 from avs.system.errors import UserError
+from avs.system.files import temporary_folder
 
 Generator = np.random.Generator
 
@@ -126,8 +126,8 @@ def build_capture(pattern: str, seed: int, settings: EmbeddedSettings) -> Captur
 
 def write_capture(capture: Capture, pattern: str, seed: int, folder: Path, dataset: str | None = None) -> None:
     """Write ``capture``, which ``pattern`` and ``seed`` gave, as a scene of ``dataset``, by default ``pattern``."""
-    with tempfile.TemporaryDirectory() as temporary:
-        mesh = Path(temporary) / "mesh.ply"
+    with temporary_folder("avs-scene-") as temporary:
+        mesh = temporary / "mesh.ply"
         mesh.write_bytes(ply_bytes(capture.mesh.vertices, capture.mesh.triangles))
         write_scene(
             folder,

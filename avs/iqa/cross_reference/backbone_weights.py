@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from avs.iqa.cross_reference.scorer_settings import ScorerSettings
 from avs.system.weights import locate, verified
 from avs.system.weights.cache import folder
 from avs.system.weights.manifest import MANIFEST
@@ -29,6 +30,14 @@ def locate_weights(backbone: str, tag: str | None = None) -> Path | None:
 
     cached = try_to_load_from_cache(f"timm/{path.stem}", "model.safetensors")
     return Path(cached) if isinstance(cached, str) else None
+
+
+def initial_weights(settings: ScorerSettings) -> Path | None:
+    """Return the local file that the training of a scorer begins with, unread, or None for random weights."""
+    training = settings.training
+    if training.backbone_weights == "scratch":
+        return None
+    return locate_weights(settings.network.backbone, training.backbone_tag)
 
 
 def find_weights(backbone: str, tag: str | None = None) -> Path | None:

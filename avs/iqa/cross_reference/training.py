@@ -13,7 +13,7 @@ from torch import Tensor
 from torch.nn import functional
 from torch.optim.swa_utils import update_bn
 
-from avs.iqa.cross_reference.backbone_weights import find_weights
+from avs.iqa.cross_reference.backbone_weights import find_weights, initial_weights
 from avs.iqa.cross_reference.backbones import build_backbone, fused, open_residual_branches
 from avs.iqa.cross_reference.distortions import Distortions, read_distortions
 from avs.iqa.cross_reference.model_card import model_card
@@ -87,13 +87,12 @@ def backbone_source(settings: ScorerSettings) -> Path | None:
         UserError: the settings demand pretrained weights, and no local file has them.
     """
     training = settings.training
-    if training.backbone_weights == "scratch":
-        return None
-    path = find_weights(settings.network.backbone, training.backbone_tag)
-    if path is None and training.backbone_weights == "pretrained":
+    if initial_weights(settings) is not None:
+        return find_weights(settings.network.backbone, training.backbone_tag)
+    if training.backbone_weights == "pretrained":
         name = ".".join(filter(None, (settings.network.backbone, training.backbone_tag)))
         raise UserError(name, "no local file of its pretrained weights", "fetch them, or set backbone_weights: auto")
-    return path
+    return None
 
 
 def fit(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from typing import Literal, cast
 
 import numpy as np
@@ -18,6 +17,7 @@ from avs.sfm.point_maps import (
     reconstruction_of,
 )
 from avs.sfm.reconstruction import BackEnd, BackEndSettings, Reconstruction
+from avs.system.files import temporary_folder
 
 
 class Mast3rSettings(NetworkSettings):
@@ -51,14 +51,14 @@ def reconstruct(views: Views, settings: BackEndSettings, device: str) -> Reconst
 
     torch.manual_seed(told.seed)
     model = AsymmetricMASt3R.from_pretrained(str(told.weights)).to(device).eval()
-    with PictureFiles(views) as paths, tempfile.TemporaryDirectory(prefix="avs-mast3r-") as cache:
+    with PictureFiles(views) as paths, temporary_folder("avs-mast3r-") as cache:
         pairs = make_pairs(
             load_images(paths, size=told.side, verbose=False), scene_graph=told.graph, prefilter=None, symmetrize=True
         )
         scene = sparse_global_alignment(
             paths,
             pairs,
-            cache,
+            str(cache),
             model,
             lr1=told.first_rate,
             niter1=told.first_steps,
