@@ -7,11 +7,22 @@ import numpy as np
 from avs.scene.points import Points
 from avs.scene.views import Views
 from avs.sfm.cloud import empty_cloud
-from avs.sfm.depth_maps import DepthMap, FloatMap, Grey, Stereo, depth_map, grey_of, refined
+from avs.sfm.depth_maps import (
+    DepthMap,
+    FloatMap,
+    Grey,
+    Stereo,
+    depth_map,
+    grey_of,
+    picture_of,
+    refined,
+    small_picture_of,
+)
 from avs.sfm.fusion import fused
 from avs.sfm.reconstruction import Reconstruction
 from avs.sfm.sfm_settings import FusionSettings, StereoSettings
 from avs.sfm.source_views import inverse_depths, source_views
+from avs.sfm.stereo_vectors import bordered
 
 
 def dense_cloud(
@@ -39,14 +50,16 @@ def depth_maps(views: Views, points: Points, settings: StereoSettings, seed: int
     """Return the depth maps of views by row; a view without sources has none."""
     if not len(points):
         return {}
-    greys = [grey_of(image) for image in views.images]
+    pictures = [picture_of(grey_of(image)) for image in views.images]
+    small = [small_picture_of(picture, settings.sweep_side) for picture in pictures]
     limits = inverse_depths(points, views.cameras)
     sources = {
         row: found for row, found in enumerate(source_views(points, views.cameras, settings.sources)) if len(found)
     }
     pairs = {
         row: Stereo(
-            [greys[row], *(greys[other] for other in others)],
+            [pictures[row], *(pictures[other] for other in others)],
+            [small[row], *(small[other] for other in others)],
             views.cameras[[row, *others.tolist()]],
             (limits[row, 0], limits[row, 1]),
         )
@@ -54,13 +67,14 @@ def depth_maps(views: Views, points: Points, settings: StereoSettings, seed: int
     }
     maps = {row: depth_map(stereo, settings, seed) for row, stereo in pairs.items()}
     for turn in range(settings.agreements):
-        told = {row: _told(maps, row, greys[row]) for row in range(len(views))}
+        told = {row: _told(maps, row, pictures[row].grey) for row in range(len(views))}
         maps = {
             row: refined(
                 stereo,
                 maps[row].planes,
                 _step(stereo.limits, settings) / 4,
                 settings.agreement_iterations,
+                settings.active,
                 seed + 1 + turn,
                 [told[other] for other in sources[row]],
             )
@@ -70,10 +84,8 @@ def depth_maps(views: Views, points: Points, settings: StereoSettings, seed: int
 
 
 def _told(maps: dict[int, DepthMap], row: int, grey: Grey) -> FloatMap:
-    """Return the inverse depths of a view, 0 if it has none."""
-    if row in maps:
-        return np.ascontiguousarray(maps[row].planes[..., 0])
-    return np.zeros(grey.shape, dtype=np.float32)
+    """Return the inverse depths of a view for the kernels, 0 if it has none."""
+    return bordered(maps[row].planes[..., 0] if row in maps else np.zeros(grey.shape, dtype=np.float32))
 
 
 def _step(limits: tuple[float, float], settings: StereoSettings) -> float:

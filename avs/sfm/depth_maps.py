@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 from PIL import Image
-from scipy import ndimage
 
 from avs.scene.cameras import Cameras, FloatArray, IndexArray
-from avs.sfm.patch_match import IMPOSSIBLE, NOWHERE, STEEPEST, TRIALS, columns_apart, halves, visit, whole
+from avs.sfm.chess_board import NOWHERE, columns_apart, halves, whole
+from avs.sfm.patch_match import IMPOSSIBLE, RADIUS, STEEPEST, TRIALS, visit
 from avs.sfm.plane_sweep import sweep
 from avs.sfm.semi_global import smoothed, winners
 from avs.sfm.sfm_settings import StereoSettings
-from avs.sfm.stereo_vectors import nearest_values, packed
+from avs.sfm.stereo_vectors import BORDER, packed
 
 Grey = npt.NDArray[np.uint8]
 FloatMap = npt.NDArray[np.float32]
-
-OFFSETS = np.array([[x, y] for y in range(-2, 3) for x in range(-2, 3)], dtype=np.int64)
-"""Columns and rows of the pixels of a window of PatchMatch, from its middle."""
 
 _SMALLEST = 12
 """Pixels of a side, at least: windows of 7 x 7 need some room."""
@@ -48,16 +46,31 @@ class DepthMap:
 
 
 @dataclass(frozen=True)
+class Picture:
+    """A picture to be compared with others.
+
+    Attributes:
+        grey: ``[h, w]``.
+        packed: the same for kernels, see ``stereo_vectors.packed``.
+    """
+
+    grey: Grey
+    packed: npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True)
 class Stereo:
     """A view and its sources, to be compared.
 
     Attributes:
-        pictures: grey, of the view and of its sources, at least one.
+        pictures: of the view and of its sources, at least one.
+        small: likewise, for the sweep.
         cameras: likewise.
         limits: least and greatest inverse depth of the view.
     """
 
-    pictures: list[Grey]
+    pictures: list[Picture]
+    small: list[Picture]
     cameras: Cameras
     limits: tuple[float, float]
 
@@ -67,19 +80,32 @@ def grey_of(image: npt.NDArray[np.uint8]) -> Grey:
     return np.asarray(Image.fromarray(image).convert("L"))
 
 
+def picture_of(grey: Grey) -> Picture:
+    """Return a picture ``[h, w]`` to be compared."""
+    return Picture(grey, packed(grey))
+
+
+def small_picture_of(picture: Picture, side: int) -> Picture:
+    """Return a picture reduced by a whole number, so that its long side is about ``side`` pixels."""
+    factor = max(1, round(max(picture.grey.shape) / side))
+    return picture if factor == 1 else picture_of(_reduced(picture.grey, factor))
+
+
 def depth_map(stereo: Stereo, settings: StereoSettings, seed: int) -> DepthMap:
     """Return the depth map of a view by what its picture and those of its sources show."""
-    factor = max(1, round(max(stereo.pictures[0].shape) / settings.sweep_side))
-    small = [_reduced(picture, factor) for picture in stereo.pictures]
-    sizes = np.array([picture.shape[::-1] for picture in small], dtype=np.int64)
     planes = np.linspace(*stereo.limits, settings.planes).astype(np.float32)
-    inverse = _swept(small, stereo.cameras.resized(sizes), planes)
-    start = _slanted(inverse, stereo.pictures[0].shape)
-    return refined(stereo, start, float(planes[1] - planes[0]), settings.iterations, seed)
+    start = _slanted(_swept(stereo, planes), stereo.pictures[0].grey.shape)
+    return refined(stereo, start, float(planes[1] - planes[0]), settings.iterations, settings.active, seed)
 
 
 def refined(
-    stereo: Stereo, start: FloatMap, step: float, iterations: int, seed: int, depths: list[FloatMap] | None = None
+    stereo: Stereo,
+    start: FloatMap,
+    step: float,
+    iterations: int,
+    few: int,
+    seed: int,
+    depths: list[FloatMap] | None = None,
 ) -> DepthMap:
     """Return the depth map of a view by PatchMatch.
 
@@ -88,8 +114,9 @@ def refined(
         start: ``[h, w, 3]``, see ``DepthMap.planes``.
         step: greatest random change of an inverse depth in the first iteration; it halves with each.
         iterations: how often every pixel is visited.
+        few: sources in which a new plane is compared.
         seed: of the random changes.
-        depths: inverse depths of the sources, which the view's should agree with; or None.
+        depths: inverse depths of the sources, which the view's should agree with, of ``bordered``; or None.
     """
     width = start.shape[1]
     tilt = 1 / float(stereo.cameras.intrinsics[0, (0, 1), (0, 1)].mean())
@@ -98,38 +125,49 @@ def refined(
     planes = [halves(start[..., 0], NOWHERE), *(halves(slope, 0.0) for slope in slopes)]
     state = np.stack([*planes, np.full_like(planes[0], IMPOSSIBLE)])
     sources, shapes = _joined(stereo.pictures[1:])
-    known = nearest_values(depths) if depths else np.zeros(0, dtype=np.float32)
-    apart = columns_apart(stereo.pictures[0], int(np.abs(OFFSETS).max())).reshape(-1)
-    maps, rng = _maps(stereo.cameras).reshape(-1), np.random.Generator(np.random.SFC64(seed))
+    known = np.concatenate(depths) if depths else np.zeros(0, dtype=np.float32)
+    apart = columns_apart(stereo.pictures[0].grey, RADIUS).reshape(-1)
+    maps = _maps(stereo.cameras).reshape(-1)
     for number in range(iterations):
-        shape = (3 * TRIALS, 2, state.shape[2] - 2, state.shape[3])
-        noise = 2 * rng.random(shape, dtype=np.float32) - 1
+        noise = _noise(seed, number, (3 * TRIALS, 2, state.shape[2] - 2, state.shape[3]))
         change = step * 0.5**number, 2 * tilt * 0.6**number
         bounds = (0.8 * stereo.limits[0], 1.25 * stereo.limits[1], *change, STEEPEST * tilt)
         search = np.array(bounds, dtype=np.float32)
-        visit(apart, sources, known, shapes.reshape(-1), maps, OFFSETS, noise, state, search, width, number == 0)
+        visit(apart, sources, known, shapes.reshape(-1), maps, noise, state, search, width, few)
     parts = [whole(part, width) for part in state]
     return DepthMap(np.stack(parts[:3], axis=-1), parts[3])
 
 
-def _swept(pictures: list[Grey], cameras: Cameras, planes: FloatMap) -> FloatMap:
-    """Return the inverse depths ``[h, w]`` of the first picture by plane sweep and semi-global matching."""
-    height, width = pictures[0].shape
-    sources, shapes = _joined(pictures[1:])
-    costs = sweep(packed(pictures[0]), sources, shapes, _maps(cameras), planes, height, width)
+@functools.lru_cache(maxsize=4)
+def _noise(seed: int, number: int, shape: tuple[int, ...]) -> FloatMap:
+    """Return random numbers in -1..1, the same for all views."""
+    noise = 2 * np.random.Generator(np.random.SFC64([seed, number])).random(shape, dtype=np.float32) - 1
+    noise.flags.writeable = False
+    return noise
+
+
+def _swept(stereo: Stereo, planes: FloatMap) -> FloatMap:
+    """Return the inverse depths ``[h, w]`` of the small picture of a view by plane sweep and semi-global matching."""
+    grey = stereo.small[0].grey
+    height, width = grey.shape
+    sizes = np.array([picture.grey.shape[::-1] for picture in stereo.small], dtype=np.int64)
+    sources, shapes = _joined(stereo.small[1:])
+    costs = sweep(grey, sources, shapes, _maps(stereo.cameras.resized(sizes)), planes, height, width)
     volume = np.ascontiguousarray(costs[:, :, :width].transpose(1, 2, 0))
-    place = winners(smoothed(volume, pictures[0]))
+    place = winners(smoothed(volume, grey))
     inverse: FloatMap = (planes[0] + place * (planes[1] - planes[0])).astype(np.float32)
     return inverse
 
 
 def _slanted(inverse: FloatMap, shape: tuple[int, ...]) -> FloatMap:
     """Return the planes ``[h, w, 3]`` of a larger picture through the inverse depths of a smaller one."""
-    inverse = ndimage.median_filter(inverse, size=3, mode="nearest")
-    across, down = np.arange(-2, 3) / 10, np.ones(5) / 5
+    import cv2  # here, as it takes long to import
+
+    inverse = np.asarray(cv2.medianBlur(inverse, 3), dtype=np.float32)
+    change, mean = np.arange(-2, 3) / 10, np.ones(5) / 5
     slopes = [
-        ndimage.correlate1d(ndimage.correlate1d(inverse, one, axis=1, mode="nearest"), other, axis=0, mode="nearest")
-        for one, other in ((across, down), (down, across))
+        cv2.sepFilter2D(inverse, cv2.CV_32F, across, down, borderType=cv2.BORDER_REPLICATE)
+        for across, down in ((change, mean), (mean, change))
     ]
     rows = (np.arange(shape[0]) + 0.5) * inverse.shape[0] / shape[0]
     columns = (np.arange(shape[1]) + 0.5) * inverse.shape[1] / shape[1]
@@ -166,17 +204,14 @@ def _maps(cameras: Cameras) -> FloatMap:
     return maps.astype(np.float32)
 
 
-def _joined(pictures: list[Grey]) -> tuple[npt.NDArray[np.int32], IndexArray]:
-    """Return packed pictures one after another, and where each begins, its height and its width."""
-    sizes = [picture.size for picture in pictures]
-    starts = np.concatenate([[0], np.cumsum(sizes)[:-1]])
-    shapes = [(start, *picture.shape) for start, picture in zip(starts, pictures, strict=True)]
-    return np.concatenate([packed(picture) for picture in pictures]), np.array(shapes, dtype=np.int64)
+def _joined(pictures: list[Picture]) -> tuple[npt.NDArray[np.int32], IndexArray]:
+    """Return packed pictures one after another, and where each begins, its height and its width with the border."""
+    sides = np.array([picture.grey.shape for picture in pictures], dtype=np.int64) + 2 * BORDER
+    starts = np.concatenate([[0], np.cumsum(sides.prod(axis=1))[:-1]])
+    return np.concatenate([picture.packed for picture in pictures]), np.column_stack([starts, sides])
 
 
 def _reduced(picture: Grey, factor: int) -> Grey:
     """Return the means of squares of ``factor`` pixels."""
-    if factor == 1:
-        return picture
     height, width = (max(_SMALLEST, side // factor) for side in picture.shape)
     return np.asarray(Image.fromarray(picture).resize((width, height), Image.Resampling.BOX))

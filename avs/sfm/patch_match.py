@@ -2,23 +2,19 @@
 
 The surface at a pixel is a small plane, on which the inverse depth is linear in the pixel's coordinates. A pixel tries
 the planes of its neighbours and random changes of its own, and keeps what fits the sources best. Pixels are visited as
-the fields of a chess-board, first those of one colour, then the others, so that their order makes no difference and
-sixteen of one row can be computed at once.
-
-Such pixels lie in ``[2, height, stride]`` arrays: colour, row, and half of the column, see ``halves``. The colour of
-column x in row y is ``(x + y) % 2``.
+the fields of a chess-board, see ``avs.sfm.chess_board``.
 """
 
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from avs.rasterizer.kernels import Floats, Integers, Number, inline, kernel
-from avs.rasterizer.simd import LANES, absolute, broadcast, exp2, maximum, minimum, square_root, where
-from avs.rasterizer.simd_memory import load, store
+from avs.rasterizer.simd import LANES, absolute, broadcast, exp2, fma, maximum, minimum, square_root, where
+from avs.rasterizer.simd_memory import aligned_empty, load, store
+from avs.sfm.chess_board import MARGIN, NOWHERE
 from avs.sfm.plane_sweep import NOISE, UNKNOWN
-from avs.sfm.stereo_vectors import EDGE, nearest, sample
+from avs.sfm.stereo_vectors import BORDER, EDGE, count_of, inverse_root, nearest, sample
 
 IMPOSSIBLE = 2.0
 """Cost of a plane that no source sees: that of no correlation at all is 1."""
@@ -35,95 +31,54 @@ AGREEMENT, TOLERANCE = 0.3, 0.02
 TRIALS = 3
 """Random changes at each visit: of the depth, of the slope, of both. Each takes three numbers."""
 
-MARGIN = LANES
-"""Places at either end of a row, so that neighbours need no cases."""
+RADIUS = 2
+"""Of the windows: 5 x 5 pixels."""
 
-NOWHERE = -1.0
-"""Inverse depth of places that are no pixels."""
+SIDE, SAMPLES = 2 * RADIUS + 1, (2 * RADIUS + 1) ** 2
+"""Pixels of a window, along a side and in all."""
 
-FloatMap = npt.NDArray[np.float32]
-
-
-def halves(values: FloatMap, outside: float) -> FloatMap:
-    """Return the numbers ``[height, width]`` of pixels by colour, ``[2, height + 2, stride]``.
-
-    Args:
-        values: of the pixels.
-        outside: of places that are no pixels: a row above and one below, and the ends of rows.
-    """
-    height, width = values.shape
-    sorted_ = np.full((2, height + 2, _stride(width)), outside, dtype=np.float32)
-    for color in range(2):
-        for odd in range(2):  # rows of one parity
-            own = values[odd::2, (odd + color) % 2 :: 2]
-            sorted_[color, 1 + odd : 1 + height : 2, MARGIN : MARGIN + own.shape[1]] = own
-    return sorted_
-
-
-def whole(sorted_: FloatMap, width: int) -> FloatMap:
-    """Return the numbers of pixels by row and column from those by colour."""
-    height = sorted_.shape[1] - 2
-    values = np.empty((height, width), dtype=np.float32)
-    for color in range(2):
-        for odd in range(2):
-            own = values[odd::2, (odd + color) % 2 :: 2]
-            own[:] = sorted_[color, 1 + odd : 1 + height : 2, MARGIN : MARGIN + own.shape[1]]
-    return values
-
-
-def columns_apart(grey: npt.NDArray[np.uint8], reach: int) -> FloatMap:
-    """Return a picture with its even and its odd columns apart, ``[2, height + 2 reach, stride]``, edges repeated."""
-    height, width = grey.shape
-    stride = _stride(width)
-    columns = 2 * (np.arange(stride) - MARGIN)
-    rows = np.clip(np.arange(-reach, height + reach), 0, height - 1)
-    return np.stack([grey[rows][:, np.clip(columns + odd, 0, width - 1)] for odd in range(2)]).astype(np.float32)
-
-
-def _stride(width: int) -> int:
-    return -(-width // (2 * LANES)) * LANES + 2 * MARGIN
+STRETCH = (BORDER - 2) / (2 * RADIUS)
+"""Pixels of a source that one pixel of the view is long at most, along an axis: windows stay in the border."""
 
 
 @kernel
 def visit(
-    apart: Floats, sources: Integers, depths: Floats, sizes: Integers, maps: Floats, offsets: Integers, noise: Floats,
-    state: Floats, bounds: Floats, width: int, first: bool,
+    apart: Floats, sources: Integers, depths: Floats, sizes: Integers, maps: Floats, noise: Floats, state: Floats,
+    bounds: Floats, width: int, few: int,
 ) -> None:  # fmt: skip
     """Visit every pixel once, and improve the planes in place.
 
     Args:
-        apart: of ``columns_apart``, flat, with the greatest offset for its reach.
+        apart: of ``columns_apart``, flat, with a reach of ``RADIUS``.
         sources: packed pictures of s views, see ``plane_sweep.sweep``.
         depths: inverse depths of the sources, likewise, 0 where they are not known; or empty, if none are.
         sizes: ``[s * 3]``, see there.
         maps: ``[s * 12]``, see there.
-        offsets: ``[samples, 2]`` int64, columns and rows of the window's pixels from its middle.
         noise: ``[3 * TRIALS, 2, height, stride]`` float32 in -1..1, random.
         state: ``[4, 2, height + 2, stride]`` float32, of ``halves``: inverse depths, their changes by one column, those
             by one row, and matching costs.
         bounds: ``[5]`` float32: least and greatest inverse depth; the greatest random change of it, and of a slope in
             shares of the inverse depth; the steepest slope in such shares.
         width: of the picture in pixels.
-        first: whether the costs of the planes are not known yet.
+        few: sources in which a new plane is compared, those that suit the planes before best.
     """
     _, _, tall, stride = state.shape
-    height, reach = tall - 2, (apart.size // (2 * stride) - (tall - 2)) // 2
+    height = tall - 2
     flat, random = state.reshape(-1), noise.reshape(-1)
-    weights, own = np.zeros(len(offsets) * LANES, np.float32), np.zeros(len(offsets) * LANES, np.float32)
+    active, each = np.zeros(min(few, len(sizes) // 3), np.int64), aligned_empty(len(sizes) // 3 * LANES)
+    weights, own = aligned_empty(SAMPLES * LANES), aligned_empty(SAMPLES * LANES)
     lanes = np.arange(LANES).astype(np.float32)
     for color in range(2):
         for y in range(height):
             odd = (y + color) % 2
             for j in range(MARGIN, stride - MARGIN, LANES):
                 x = 2.0 * (load(lanes, 0) + np.float32(j - MARGIN)) + np.float32(odd)
-                spread = _set_window(apart, offsets, weights, own, y, j, odd, height, stride, reach)
-                scene = (weights, own, offsets, sources, sizes, maps, bounds, depths)
+                spread = _set_window(apart, weights, own, y, j, odd, height, stride)
+                scene = (weights, own, sources, sizes, maps, bounds, depths, active)
                 view = (x, np.float32(y), spread)
                 at = (color * tall + y + 1) * stride + j
                 now = _plane_at(flat, at, 2 * tall * stride)
-                cost = load(flat, 3 * 2 * tall * stride + at)
-                if first:
-                    cost = _cost(scene, view, now)
+                cost = _cost_in_all(scene, view, now, each)
                 beside = ((1 - color) * tall + y + 1) * stride + j
                 for side in range(4):
                     if side < 2:
@@ -168,7 +123,7 @@ def _changed(random: Floats, row: int, at: int, step: int, plane: Number, bounds
 def _better(scene: Number, view: Number, now: Number, cost: Number, plane: Number) -> Number:
     """Return for each of sixteen pixels the better of two planes, and its cost; ``cost`` is that of ``now``."""
     there, across, down = plane
-    bounds = scene[6]
+    bounds = scene[5]
     steepest = there * bounds[4]
     allowed = (there >= bounds[0]) & (there <= bounds[1])
     allowed = allowed & (absolute(across) <= steepest) & (absolute(down) <= steepest)
@@ -180,18 +135,17 @@ def _better(scene: Number, view: Number, now: Number, cost: Number, plane: Numbe
 
 @inline
 def _set_window(
-    apart: Floats, offsets: Integers, weights: Floats, own: Floats, y: int, j: int, odd: int, height: int, stride: int,
-    reach: int,
-) -> Number:  # fmt: skip
+    apart: Floats, weights: Floats, own: Floats, y: int, j: int, odd: int, height: int, stride: int
+) -> Number:
     """Set the weights of the windows' pixels, of sum 1, and their grey values less the mean, weighted.
 
     Return one through the standard deviation of each window.
     """
-    tall = height + 2 * reach
-    middle = load(apart, (odd * tall + y + reach) * stride + j)
+    tall = height + 2 * RADIUS
+    middle = load(apart, (odd * tall + y + RADIUS) * stride + j)
     total, sums = broadcast(0.0), broadcast(0.0)
-    for k in range(len(offsets)):
-        column, row = odd + offsets[k, 0], y + reach + offsets[k, 1]
+    for k in range(SAMPLES):
+        column, row = odd + k % SIDE - RADIUS, y + k // SIDE
         grey = load(apart, ((column & 1) * tall + row) * stride + j + (column >> 1))
         away = (grey - middle) * (1.0 / SOFTNESS)
         weight = exp2(maximum(-0.5 * away * away, -20.0))
@@ -200,7 +154,7 @@ def _set_window(
         total, sums = total + weight, sums + weight * grey
     share = 1.0 / total
     mean, squares = sums * share, broadcast(0.0)
-    for k in range(len(offsets)):
+    for k in range(SAMPLES):
         weight, centered = load(weights, k * LANES) * share, load(own, k * LANES) - mean
         store(weights, k * LANES, weight)
         store(own, k * LANES, weight * centered)
@@ -210,48 +164,91 @@ def _set_window(
 
 @inline
 def _cost(scene: Number, view: Number, plane: Number) -> Number:
-    """Return the mean costs of sixteen planes in the best two sources of each."""
+    """Return the mean costs of sixteen planes in the best two active sources of each."""
+    active = scene[7]
     first, second = broadcast(IMPOSSIBLE), broadcast(IMPOSSIBLE)
-    for s in range(len(scene[4]) // 3):
-        cost = _cost_in(scene, s, view, plane)
+    for k in range(len(active)):
+        cost = _cost_in(scene, active[k], view, plane)
         second = minimum(second, maximum(first, cost))
         first = minimum(first, cost)
+    return _mean_of(first, second)
+
+
+@inline
+def _cost_in_all(scene: Number, view: Number, plane: Number, each: Floats) -> Number:
+    """Return the mean costs of sixteen planes in the best two of all sources of each, and set the active sources.
+
+    These are the sources that are among the best two of the most of the sixteen. What a plane costs in them alone is
+    not less than what it costs in all, so that a plane that is taken for it is better indeed.
+    """
+    active, count = scene[7], len(scene[3]) // 3
+    first, second = broadcast(IMPOSSIBLE), broadcast(IMPOSSIBLE)
+    for s in range(count):
+        cost = _cost_in(scene, s, view, plane)
+        store(each, s * LANES, cost)
+        second = minimum(second, maximum(first, cost))
+        first = minimum(first, cost)
+    taken = 0
+    for k in range(len(active)):
+        best, most = 0, -1
+        for s in range(count):
+            cost = load(each, s * LANES)
+            votes = count_of((cost <= second) & (cost < IMPOSSIBLE))
+            if votes > most and not (taken >> s) & 1:
+                best, most = s, votes
+        active[k] = best
+        taken |= 1 << best
+    return _mean_of(first, second)
+
+
+@inline
+def _mean_of(first: Number, second: Number) -> Number:
+    """Return the mean of the best two costs; one of them alone counts with a cost of no correlation."""
     lonely = where(first < IMPOSSIBLE, broadcast(UNKNOWN), IMPOSSIBLE)
     return 0.5 * (first + minimum(second, lonely))
 
 
 @inline
 def _cost_in(scene: Number, s: int, view: Number, plane: Number) -> Number:
-    """Return the costs of planes in one source, one less the weighted correlation; ``IMPOSSIBLE`` where not seen."""
-    weights, own, offsets, sources, sizes, maps, _, depths = scene
+    """Return the costs of planes in one source, one less the weighted correlation; ``IMPOSSIBLE`` where not seen.
+
+    A window is so small that it appears in the source as a parallelogram, nearly: the map by the plane is replaced by
+    its derivative in the middle.
+    """
+    weights, own, sources, sizes, maps, _, depths, _ = scene
     x, y, spread = view
     there, across, down = plane
     m, start, rows, wide = 12 * s, sizes[3 * s], sizes[3 * s + 1], sizes[3 * s + 2]
-    right, low = wide - EDGE, rows - EDGE
+    right, low = wide - 2 * BORDER - EDGE, rows - 2 * BORDER - EDGE
     px = maps[m] * x + (maps[m + 9] * there + (maps[m + 1] * y + maps[m + 2]))
     py = maps[m + 3] * x + (maps[m + 10] * there + (maps[m + 4] * y + maps[m + 5]))
     pz = maps[m + 6] * x + (maps[m + 11] * there + (maps[m + 7] * y + maps[m + 8]))
     seen = (pz > 1e-6) & (px >= 0.0) & (py >= 0.0) & (px <= right * pz) & (py <= low * pz)
-    xx, xy = maps[m] + across * maps[m + 9], maps[m + 1] + down * maps[m + 9]
-    yx, yy = maps[m + 3] + across * maps[m + 10], maps[m + 4] + down * maps[m + 10]
+    inverse = 1.0 / maximum(pz, 1e-6)
+    u, v = minimum(maximum(px * inverse, 0.0), right), minimum(maximum(py * inverse, 0.0), low)
     zx, zy = maps[m + 6] + across * maps[m + 11], maps[m + 7] + down * maps[m + 11]
+    ux = _stretch(maps[m] + across * maps[m + 9] - u * zx, inverse)
+    uy = _stretch(maps[m + 1] + down * maps[m + 9] - u * zy, inverse)
+    vx = _stretch(maps[m + 3] + across * maps[m + 10] - v * zx, inverse)
+    vy = _stretch(maps[m + 4] + down * maps[m + 10] - v * zy, inverse)
     sums, squares, products = broadcast(0.0), broadcast(0.0), broadcast(0.0)
-    for k in range(len(offsets)):
-        column, row = np.float32(offsets[k, 0]), np.float32(offsets[k, 1])
-        depth = zx * column + (zy * row + pz)
-        seen = seen & (depth > 1e-6)
-        inverse = 1.0 / depth
-        u = minimum(maximum((xx * column + (xy * row + px)) * inverse, 0.0), right)
-        v = minimum(maximum((yx * column + (yy * row + py)) * inverse, 0.0), low)
-        grey = sample(sources, start, wide, u, v)
-        weighted = load(weights, k * LANES) * grey
-        sums, squares = sums + weighted, squares + weighted * grey
-        products = products + load(own, k * LANES) * grey
+    for row in range(-RADIUS, RADIUS + 1):
+        along, below = fma(uy, row, u + BORDER), fma(vy, row, v + BORDER)
+        for column in range(-RADIUS, RADIUS + 1):
+            grey = sample(sources, start, wide, fma(ux, column, along), fma(vx, column, below))
+            k = ((row + RADIUS) * SIDE + column + RADIUS) * LANES
+            weighted = load(weights, k) * grey
+            sums, squares = sums + weighted, fma(weighted, grey, squares)
+            products = fma(load(own, k), grey, products)
     variance = maximum(squares - sums * sums, 0.0) + NOISE
-    cost = 1.0 - products * spread / square_root(variance)
+    cost = 1.0 - products * spread * inverse_root(variance)
     if len(depths) > 0:
-        inverse = 1.0 / pz
-        u, v = minimum(maximum(px * inverse, 0.0), right), minimum(maximum(py * inverse, 0.0), low)
-        apart = absolute(nearest(depths, start, wide, u, v) * pz / there - 1.0)
+        apart = absolute(nearest(depths, start, wide, u + BORDER, v + BORDER) * pz / there - 1.0)
         cost = cost + AGREEMENT * minimum(apart * (1.0 / TOLERANCE), 1.0)
     return where(seen, cost, IMPOSSIBLE)
+
+
+@inline
+def _stretch(change: Number, inverse: Number) -> Number:
+    """Return how many pixels of a source one pixel of the view is long, within limits."""
+    return minimum(maximum(change * inverse, -STRETCH), STRETCH)

@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 
 from avs.rasterizer.kernels import Floats, Integers, Number, inline, kernel
-from avs.rasterizer.simd import LANES, broadcast, maximum, minimum, square_root, where
+from avs.rasterizer.simd import LANES, any_of, broadcast, maximum, minimum, square_root, where
 from avs.rasterizer.simd_memory import load, store
-from avs.sfm.stereo_vectors import EDGE, sample
+from avs.sfm.stereo_vectors import BORDER, EDGE, inverse_root, sample
 
 RADIUS = 3
 """Of the windows: 7 x 7 pixels."""
@@ -29,14 +29,14 @@ MARGIN = LANES
 
 @kernel
 def sweep(
-    picture: Integers, sources: Integers, sizes: Integers, maps: Floats, planes: Floats, height: int, width: int
+    grey: Integers, sources: Integers, sizes: Integers, maps: Floats, planes: Floats, height: int, width: int
 ) -> Floats:
     """Return the matching costs ``[planes, height, columns]`` in 0..2, columns being the width in whole vectors.
 
     Args:
-        picture: of the view, packed, ``[height * width]``.
+        grey: picture of the view, ``[height, width]`` uint8.
         sources: packed pictures of s views, one after another.
-        sizes: ``[s, 3]`` of each source: its start in ``sources``, its height and its width.
+        sizes: ``[s, 3]`` of each source: its start in ``sources``, and its height and width with the border.
         maps: ``[s, 12]`` float32 of each source: a matrix A by rows and a vector b, such that the pixel (x, y) of the
             view at inverse depth d appears at the pixel with homogeneous coordinates ``A (x, y, 1) + d b``; pixels
             count from the centre of the first one.
@@ -49,7 +49,7 @@ def sweep(
     own = np.zeros(height * stride, np.float32)
     for y in range(height):
         for x in range(width):
-            own[y * stride + MARGIN + x] = picture[y * width + x] & 255
+            own[y * stride + MARGIN + x] = grey[y, x]
     numbers = np.arange(columns).astype(np.float32)
     counts = _counts(width, columns)
     means, weights = np.zeros(height * columns, np.float32), np.zeros(height * columns, np.float32)
@@ -61,8 +61,7 @@ def sweep(
         first[:], second[:] = UNKNOWN, UNKNOWN
         for s in range(len(sizes)):
             start, rows, wide = sizes[s]
-            source = sources[start : start + rows * wide]
-            _warp(source, rows, wide, maps[s], planes[k], numbers, height, width, warped, seen)
+            _warp(sources, start, rows, wide, maps[s], planes[k], numbers, height, width, warped, seen)
             _compare(own, warped, seen, counts, means, weights, height, columns, first, second)
         for i in range(height * columns):
             costs[k, i] = np.float32(0.5) * (first[i] + second[i])
@@ -85,13 +84,13 @@ def _rows_within(y: int, height: int) -> int:
 
 @inline
 def _warp(
-    source: Integers, rows: int, wide: int, m: Floats, d: float, numbers: Floats, height: int, width: int,
+    sources: Integers, start: int, rows: int, wide: int, m: Floats, d: float, numbers: Floats, height: int, width: int,
     warped: Floats, seen: Floats,
 ) -> None:  # fmt: skip
-    """Set ``warped`` to the source as the view would show it on the plane, and ``seen`` to whether it lies in it."""
+    """Set ``warped`` to a source as the view would show it on the plane, and ``seen`` to whether it lies in it."""
     columns = len(numbers)
     stride = columns + 2 * MARGIN
-    right, low = wide - EDGE, rows - EDGE
+    right, low = wide - 2 * BORDER - EDGE, rows - 2 * BORDER - EDGE
     for y in range(height):
         px, py = m[1] * y + m[2] + d * m[9], m[4] * y + m[5] + d * m[10]
         pz = m[7] * y + m[8] + d * m[11]
@@ -102,7 +101,7 @@ def _warp(
             u, v = (m[0] * x + px) * inverse, (m[3] * x + py) * inverse
             # clamped numbers differ from the numbers themselves where those lie outside; NaN cannot be
             inside_u, inside_v = minimum(maximum(u, 0.0), right), minimum(maximum(v, 0.0), low)
-            grey = sample(source, 0, wide, inside_u, inside_v)
+            grey = sample(sources, start, wide, inside_u + BORDER, inside_v + BORDER)
             store(warped, y * stride + MARGIN + at, where(x < width, grey, 0.0))
             near = (depth > 1e-6) & (u >= -0.5) & (u <= right + 0.5)
             near = near & (v >= -0.5) & (v <= low + 0.5)
@@ -170,14 +169,17 @@ def _compare(
         if y >= 0:
             for at in range(0, columns, LANES):
                 place = y * columns + at
+                sees = load(seen, place) > 0.5
+                if not any_of(sees):
+                    continue
                 share = 1.0 / (load(counts, at) * np.float32(_rows_within(y, height)))
                 mean = _across(sums, MARGIN + at) * share
                 squares = _across(sums, stride + MARGIN + at) * share
                 products = _across(sums, 2 * stride + MARGIN + at) * share
                 variance = maximum(squares - mean * mean, 0.0) + NOISE
                 covariance = products - mean * load(means, place)
-                match = covariance * load(weights, place) / square_root(variance)
-                cost = where(load(seen, place) > 0.5, 1.0 - match, UNKNOWN)
+                match = covariance * load(weights, place) * inverse_root(variance)
+                cost = where(sees, 1.0 - match, UNKNOWN)
                 best, next_ = load(first, place), load(second, place)
                 store(second, place, minimum(next_, maximum(best, cost)))
                 store(first, place, minimum(best, cost))

@@ -32,7 +32,10 @@ class GuidedSettings(StrictModel):
 class StereoSettings(StrictModel):
     """Of depth maps."""
 
-    sources: int = Field(6, ge=1, le=16, description="views that a view is compared with")
+    sources: int = Field(8, ge=1, le=16, description="views that a view is compared with")
+    active: int = Field(
+        4, ge=2, le=16, description="of these, in which PatchMatch tries a new plane: those that suit the old one best"
+    )
     planes: int = Field(64, ge=16, le=512, multiple_of=16, description="depths of the plane sweep, even in 1 / depth")
     sweep_side: int = Field(240, ge=32, description="long side in pixels of the pictures of the sweep, about")
     iterations: int = Field(2, ge=1, description="of PatchMatch, on the full pictures")

@@ -27,10 +27,11 @@ import numpy as np  # noqa: E402
 from scipy import ndimage  # noqa: E402
 
 from avs.scene.cameras import Cameras  # noqa: E402
-from avs.sfm.depth_maps import Stereo, refined  # noqa: E402
+from avs.sfm.depth_maps import Stereo, picture_of, refined  # noqa: E402
 from avs.sfm.plane_sweep import sweep  # noqa: E402
 from avs.sfm.semi_global import smoothed, winners  # noqa: E402
-from avs.sfm.stereo_vectors import packed  # noqa: E402
+from avs.sfm.stereo_vectors import BORDER, packed  # noqa: E402
+from avs.system.provenance import machine  # noqa: E402
 
 PLANES = 64
 SIZES = ((132, 176), (240, 320), (360, 480))
@@ -58,9 +59,9 @@ def swept(left, right):
     height, width = left.shape
     # a disparity is an inverse depth where the focal length and the baseline are one pixel
     maps = np.array([[1, 0, 0, 0, 1, 0, 0, 0, 1, -1, 0, 0]], dtype=np.float32)
-    sizes = np.array([[0, height, width]], dtype=np.int64)
+    sizes = np.array([[0, height + 2 * BORDER, width + 2 * BORDER]], dtype=np.int64)
     planes = np.arange(PLANES, dtype=np.float32)
-    costs = sweep(packed(left), packed(right), sizes, maps, planes, height, width)
+    costs = sweep(left, packed(right), sizes, maps, planes, height, width)
     volume = np.ascontiguousarray(costs[:, :, :width].transpose(1, 2, 0))
     return winners(smoothed(volume, left))
 
@@ -77,8 +78,9 @@ def visited(left, right, disparity):
     """Return the disparities of the left picture after one visit of all pixels by PatchMatch."""
     height, width = left.shape
     state = np.stack([disparity, 0 * disparity, 0 * disparity], axis=-1).astype(np.float32)
-    pair = Stereo([left, right], pair_cameras(height, width), (0.5, float(PLANES)))
-    return refined(pair, state, 0.5, 1, 0).planes[..., 0]
+    pictures = [picture_of(left), picture_of(right)]
+    pair = Stereo(pictures, pictures, pair_cameras(height, width), (0.5, float(PLANES)))
+    return refined(pair, state, 0.5, 1, 1, 0).planes[..., 0]
 
 
 def by_opencv(left, right):
@@ -100,6 +102,7 @@ def main():
     parser.add_argument("--rounds", type=int, default=7)
     rounds = parser.parse_args().rounds
     cv2.setNumThreads(1)
+    print(machine("cpu")["processor"])
     print("size      sweep  OpenCV  ratio  PatchMatch  error: sweep  PatchMatch  OpenCV (pixels)")
     for height, width in SIZES:
         left, right, truth = rectified_pair(height, width)

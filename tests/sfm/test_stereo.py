@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 from scipy import ndimage
-from tolerances import BILINEAR_SAMPLE, SWEEP_COST
+from tolerances import BILINEAR_SAMPLE, INVERSE_ROOT, SWEEP_COST
 
 from avs.rasterizer.kernels import kernel
 from avs.rasterizer.simd import LANES
 from avs.rasterizer.simd_memory import load, store
-from avs.sfm.patch_match import MARGIN, NOWHERE, columns_apart, halves, whole
+from avs.sfm.chess_board import MARGIN, NOWHERE, columns_apart, halves, whole
 from avs.sfm.plane_sweep import NOISE, RADIUS, UNKNOWN, sweep
 from avs.sfm.semi_global import EDGE_STEP, JUMP, STEP, smoothed, winners
-from avs.sfm.stereo_vectors import least_of, nearest, packed, sample
+from avs.sfm.stereo_vectors import BORDER, bordered, count_of, inverse_root, least_of, nearest, packed, sample
 
 
 @kernel
@@ -29,6 +29,17 @@ def looked_up(values, start, width, x, y, out):
 @kernel
 def least(values):
     return least_of(load(values, 0))
+
+
+@kernel
+def rooted(values, out):
+    for at in range(0, len(values), LANES):
+        store(out, at, inverse_root(load(values, at)))
+
+
+@kernel
+def greater_than(values, limit):
+    return count_of(load(values, 0) > limit)
 
 
 def noise(shape, seed=0, sigma=1.0):
@@ -50,16 +61,24 @@ def test_samples_are_bilinear():
     for before in (0, 5):  # pictures may lie behind others
         stored = np.concatenate([np.zeros(before, dtype=np.int32), packed(grey)])
         out = np.empty(64, dtype=np.float32)
-        sampled(stored, before, 21, x, y, out)
+        sampled(stored, before, 21 + 2 * BORDER, x + BORDER, y + BORDER, out)
         expected = ndimage.map_coordinates(grey.astype(np.float64), [y, x], order=1)
         np.testing.assert_allclose(out, expected, atol=BILINEAR_SAMPLE)
+
+
+def test_around_a_picture_its_edge_repeats():
+    grey = noise((9, 21))
+    x, y = (np.repeat(np.float32(place), LANES) for place in (0.4, 3.7))
+    out = np.empty(LANES, dtype=np.float32)
+    sampled(packed(grey), 0, 21 + 2 * BORDER, x, y, out)
+    assert (out == grey[0, 0]).all()
 
 
 def test_the_nearest_value_is_looked_up():
     values = np.random.default_rng(0).normal(size=(9, 21)).astype(np.float32)
     x, y = places(9, 21)
     out = np.empty(64, dtype=np.float32)
-    looked_up(values.reshape(-1), 0, 21, x, y, out)
+    looked_up(bordered(values), 0, 21 + 2 * BORDER, x + BORDER, y + BORDER, out)
     np.testing.assert_array_equal(out, values[(y + 0.5).astype(int), (x + 0.5).astype(int)])
 
 
@@ -68,6 +87,17 @@ def test_the_least_of_sixteen_is_found_wherever_it_is():
         values = np.arange(1, LANES + 1, dtype=np.float32)
         values[place] = -3
         assert least(values) == -3
+
+
+def test_inverse_roots_are_near_the_true_ones():
+    values = np.geomspace(1e-6, 1e9, 64).astype(np.float32)
+    out = np.empty(64, dtype=np.float32)
+    rooted(values, out)
+    np.testing.assert_allclose(out, 1 / np.sqrt(values.astype(np.float64)), rtol=INVERSE_ROOT)
+
+
+def test_truths_are_counted():
+    assert [greater_than(np.arange(LANES, dtype=np.float32), limit) for limit in (-1.0, 3.0, 15.0)] == [16, 12, 0]
 
 
 def shifted_pair(height, width, disparity):
@@ -81,8 +111,8 @@ def shifted_pair(height, width, disparity):
 
 
 def swept(left, right, maps, planes):
-    sizes = np.array([[0, *right.shape]], dtype=np.int64)
-    costs = sweep(packed(left), packed(right), sizes, maps, np.float32(planes), *left.shape)
+    sizes = np.array([[0, *(side + 2 * BORDER for side in right.shape)]], dtype=np.int64)
+    costs = sweep(left, packed(right), sizes, maps, np.float32(planes), *left.shape)
     return costs[:, :, : left.shape[1]]
 
 
