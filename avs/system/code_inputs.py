@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from avs.system.files import SMALL, file_hash
+from avs.system.known_digests import known_digest
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("avs", "metrics")
@@ -40,8 +41,8 @@ def stamp(paths: Iterable[str]) -> str:
     """Return a digest of files that no job makes, by which a change is seen whatever their times.
 
     Snakemake compares times: a file that an older one replaces, as ``cp -p``, ``mv`` or ``rsync -a`` leave it, is not
-    newer than what was made from the one before, nor is one that was edited while a job ran. A file of more than
-    ``SMALL`` bytes is known by its size and time.
+    newer than what was made from the one before, nor is one that was edited while a job ran. Files of more than
+    ``SMALL`` bytes are not read at every look: see ``avs.system.known_digests``.
     """
     found = sorted(set(paths))
     told = "\n".join(f"{path} {_stamp(path)}" for path in found)
@@ -65,7 +66,7 @@ def stamp_of_inputs(results: str) -> Callable[[object, Iterable[str]], str]:
 def _stamp(path: str) -> str:
     try:
         status = Path(path).stat()
-        return file_hash(path) if status.st_size <= SMALL else f"{status.st_size} {status.st_mtime_ns}"
+        return file_hash(path) if status.st_size <= SMALL else known_digest(path)
     except OSError:
         return "absent"
 

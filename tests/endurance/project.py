@@ -50,6 +50,7 @@ def configuration():
     values["methods"] = ["random", "backwards", "ours-repvit"]
     check = yaml.safe_load((ROOT / "workflows" / "config" / "check.yaml").read_text())
     values["scorers"] = {"repvit": check["scorers"]["repvit"]}
+    values["coverage"] = check["coverage"]
     values["distortions"]["renders"] = {"cameras": 4, "views": [4, 6], "iterations": [4, 8]}
     for name in ("handheld_training", "handheld_held_out"):
         values["datasets"][name] = check["datasets"][name]

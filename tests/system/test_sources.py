@@ -1,9 +1,11 @@
 """The files that a rule depends on."""
 
 import os
+import time
 from pathlib import Path
 
 from avs.system.code_inputs import ROOT, sources
+from avs.system.files import file_hash
 
 
 def test_imports_are_followed_also_inside_functions():
@@ -57,6 +59,37 @@ def test_a_stamp_sees_content_whatever_the_time(tmp_path, monkeypatch):
     Path("a.py").write_text("2")
     os.utime("a.py", (1, 1))
     assert stamp() != first
+
+
+def test_a_large_file_is_read_once_and_again_after_an_edit_that_keeps_size_and_time(tmp_path, monkeypatch):
+    from avs.system import known_digests
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(known_digests, "_SETTLED", 0)
+    Path(".snakemake").mkdir()
+    Path("a.jpg").write_bytes(b"1" * 1_100_000)
+    os.utime("a.jpg", (1, 1))
+    read = []
+    monkeypatch.setattr(known_digests, "file_hash", lambda path: read.append(path) or file_hash(path))
+
+    def digest():
+        known_digests._kept.cache_clear()
+        return known_digests.known_digest("a.jpg")
+
+    first = digest()
+    assert digest() == first
+    assert read == ["a.jpg"]
+    time.sleep(0.05)  # longer than the steps of the file system's clock
+    Path("a.jpg").write_bytes(b"2" * 1_100_000)
+    os.utime("a.jpg", (1, 1))
+    assert digest() == file_hash("a.jpg") != first
+    # A line that was cut off, or is none, is passed over.
+    known_digests.KEPT.write_text(known_digests.KEPT.read_text()[:-9] + "x\n")
+    assert digest() == file_hash("a.jpg")
+    known_digests.KEPT.unlink()
+    known_digests.KEPT.parent.rmdir()
+    assert digest() == file_hash("a.jpg")
+    assert not known_digests.KEPT.exists()
 
 
 def test_relative_imports_are_followed(tmp_path, monkeypatch):
