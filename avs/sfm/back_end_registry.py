@@ -6,7 +6,7 @@ import functools
 import importlib
 import importlib.util
 import pkgutil
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import Annotated, Any, cast
 
@@ -17,19 +17,36 @@ from avs.sfm.reconstruction import BackEnd, BackEndSettings, Reconstruct, Recons
 from avs.system.errors import UserError
 from avs.system.models import first_fault
 from avs.system.named_settings import NamedSettings
+from avs.system.plugin_modules import import_each
 from avs.system.reasons import Reason
 
 PACKAGE = "avs.sfm.back_ends"
 """The package whose modules are searched."""
 
 
-@functools.cache
 def back_ends() -> Mapping[str, BackEnd]:
-    """Return every back end by name, in the order of names; none of their packages is imported."""
+    """Return every back end by name, in the order of names; none of their packages is imported.
+
+    A module that does not work is left out, see ``broken``.
+    """
+    return _found()[0]
+
+
+def broken() -> dict[str, str]:
+    """Return why each module that should define a back end is left out: its fault must not stop the others."""
+    return _found()[1]
+
+
+@functools.cache
+def _found() -> tuple[Mapping[str, BackEnd], dict[str, str]]:
     package = importlib.import_module(PACKAGE)
-    names = sorted(module.name for module in pkgutil.iter_modules(package.__path__))
-    found = {name: getattr(importlib.import_module(f"{PACKAGE}.{name}"), "BACK_END", None) for name in names}
-    return MappingProxyType({name: value for name, value in found.items() if isinstance(value, BackEnd)})
+    modules, faults = import_each(f"{PACKAGE}.{name}" for name in _names_in(package.__path__))
+    defined = {name.rpartition(".")[2]: getattr(module, "BACK_END", None) for name, module in modules.items()}
+    return MappingProxyType({name: value for name, value in defined.items() if isinstance(value, BackEnd)}), faults
+
+
+def _names_in(path: Iterable[str]) -> list[str]:
+    return sorted(module.name for module in pkgutil.iter_modules(path))
 
 
 def find(name: str) -> BackEnd:
@@ -39,9 +56,10 @@ def find(name: str) -> BackEnd:
         UserError: there is none; the line lists near names.
     """
     if name not in back_ends():
-        raise UserError(
-            f"back end {name!r} of structure from motion", "unknown", f"did you mean {_SETTINGS.near(name)}?"
-        )
+        subject, fault = f"back end {name!r} of structure from motion", broken().get(f"{PACKAGE}.{name}")
+        if fault is not None:
+            raise UserError(subject, f"is left out: {fault}", f"mend {PACKAGE}.{name}")
+        raise UserError(subject, "unknown", f"did you mean {_SETTINGS.near(name)}?")
     return back_ends()[name]
 
 

@@ -19,6 +19,24 @@ def test_back_ends_are_found_by_their_files():
         assert back_end.module.endswith(name)
 
 
+def test_a_back_end_that_does_not_work_leaves_the_others(tmp_path, monkeypatch):
+    (tmp_path / "some_back_ends").mkdir()
+    for name, text in {
+        "__init__": "",
+        "broken": "1 / 0",
+        "dense": "from avs.sfm.back_ends.dense import BACK_END",
+    }.items():
+        (tmp_path / "some_back_ends" / f"{name}.py").write_text(text)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(registry, "PACKAGE", "some_back_ends")
+    found = registry._found.__wrapped__()
+    monkeypatch.setattr(registry, "_found", lambda: found)
+    assert list(registry.back_ends()) == ["dense"]
+    assert registry.broken().keys() == {"some_back_ends.broken"}
+    with pytest.raises(UserError, match=r"'broken' of structure from motion: is left out: .*ZeroDivisionError"):
+        registry.find("broken")
+
+
 def test_settings_name_their_back_end():
     assert registry.create_settings({}).back_end == "dense"
     assert registry.create_settings({"back_end": "colmap", "poses": "free"}).poses == "free"

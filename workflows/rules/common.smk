@@ -11,6 +11,7 @@ from avs.config.method_weights import Made, absent_methods, weights_of
 from avs.datasets import reader_registry
 from avs.representations import kinds
 from avs.selection import registry
+from avs.sfm import back_end_registry
 from avs.system.code_inputs import sources, stamp_of_inputs
 from avs.system.errors import UserError
 from avs.system.records import record_text
@@ -21,7 +22,10 @@ PROGRAMS = [path.stem for path in BASELINES]
 
 if workflow.is_main_process:
     for module, fault in (
-        registry.broken() | reader_registry.broken() | kinds.broken()
+        registry.broken()
+        | reader_registry.broken()
+        | kinds.broken()
+        | back_end_registry.broken()
     ).items():
         print(f"warning: {module} is left out: {fault}", file=sys.stderr)
 
