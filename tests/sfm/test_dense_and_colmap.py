@@ -1,5 +1,8 @@
 """Clouds of a scene whose geometry is known: depth against the truth, equal bytes, known and free poses."""
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +18,8 @@ from avs.sfm.alignment import placed
 from avs.sfm.dense_stereo import depth_maps
 from avs.sfm.guided_points import guided_points
 from avs.sfm.sfm_settings import FusionSettings, GuidedSettings, StereoSettings
+
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")
@@ -83,6 +88,31 @@ def test_equal_views_give_equal_bytes(name, poses, views):
     assert not set(first.registered) & set(first.left_out)
     assert (first.cameras is None) == (poses == "known")
     assert len(first.cloud)
+
+
+IN_A_PROCESS_OF_ITS_OWN = """
+import hashlib, sys
+from pathlib import Path
+from avs.scene.scene import read_scene
+from avs.sfm.back_end_registry import create_settings, reconstruct
+views = read_scene(Path(sys.argv[1])).views(range(16))
+cloud = reconstruct(views, create_settings({"back_end": sys.argv[2], "poses": sys.argv[3]}), "the test").cloud
+print(len(cloud), hashlib.sha256(cloud.positions.tobytes() + cloud.colors.tobytes()).hexdigest())
+"""
+
+
+@pytest.mark.parametrize("name", ["dense", "colmap"])
+@pytest.mark.parametrize("poses", ["known", "free"])
+def test_neither_the_process_nor_its_threads_change_a_byte(name, poses, scene):
+    said = set()
+    for threads in ("1", "3"):
+        names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+        words = [sys.executable, "-c", IN_A_PROCESS_OF_ITS_OWN, scene.folder, name, poses]
+        environment = os.environ | dict.fromkeys(names, threads)
+        result = subprocess.run(words, env=environment, cwd=ROOT, capture_output=True, text=True, check=True)
+        said.add(result.stdout)
+    assert len(said) == 1
+    assert not said.pop().startswith("0 ")
 
 
 def test_free_poses_are_placed_in_the_scene(views):
