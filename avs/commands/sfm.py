@@ -16,6 +16,15 @@ commands = typer.Typer()
 Records = Annotated[list[Path] | None, typer.Option(help="coverage.json of an episode")]
 
 
+@commands.command("stereo_kernels")
+def stereo_kernels(log: Log = None) -> None:
+    """Compile the kernels of dense stereo, so that no job of coverage has to."""
+    from avs.sfm.stereo_compilation import compile_stereo
+
+    with job(log):
+        compile_stereo()
+
+
 @commands.command("coverage_reference")
 def coverage_reference(scene: SceneFolder, settings: SettingsFile, out: Out, log: Log = None) -> None:
     """Make the cloud of all views of a scene, against which the clouds of its episodes are held."""

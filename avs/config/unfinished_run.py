@@ -64,7 +64,7 @@ def _coverage(plan: RunPlan, dataset: str) -> WantedCoverageTable:
                 stale=why_stale(logs, plan.stamps),
             )
             for place in places
-            for logs in [_logs(plan, ["coverage", "coverage_reference"], place)]
+            for logs in [_logs(plan, ["coverage", "coverage_reference", "stereo_kernels"], place)]
         ),
         settings=settings_of(plan.config, "coverage").model_dump(mode="json"),
         published=None if settings.published is None else Path(settings.published),

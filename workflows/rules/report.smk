@@ -28,6 +28,7 @@ def write_plan():
         "runtime_state": rules.runtime_state.log[0],
         "runtime": rules.runtime.log[0],
         "sensitivity_episode": rules.sensitivity_episode.log[0],
+        "stereo_kernels": rules.stereo_kernels.log[0],
         "coverage_reference": rules.coverage_reference.log[0],
         "coverage": rules.coverage.log[0],
     }

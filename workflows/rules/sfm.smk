@@ -25,6 +25,15 @@ def mapped_scene():
     return found[0]
 
 
+# Says that the kernels of dense stereo, which no other back end has, have been compiled here.
+STEREO_KERNELS = f"{RESULTS}/stereo_kernels"
+COMPILED = (
+    [STEREO_KERNELS]
+    if settings.coverage is not None and settings.coverage.sfm.back_end == "dense"
+    else []
+)
+
+
 def back_end_code(*modules):
     """Return the source files of these modules and of the back end."""
     if settings.coverage is None:
@@ -108,9 +117,23 @@ def coverage_figures(wildcards):
     )
 
 
+rule stereo_kernels:
+    input:
+        code=sources("avs.sfm.stereo_compilation"),
+    output:
+        touch(STEREO_KERNELS),
+    log:
+        f"{LOGS}/stereo_kernels.log",
+    message:
+        "compilation of the kernels of dense stereo"
+    shell:
+        "{AVS} stereo_kernels --log {log}"
+
+
 rule coverage_reference:
     input:
         scene=SCENE,
+        kernels=COMPILED,
         settings=f"{RESULTS}/settings/coverage_reference.json",
         code=back_end_code("avs.coverage.reference_cloud"),
     output:
@@ -140,6 +163,7 @@ rule coverage:
         episode=EPISODE,
         reference=f"{REFERENCE}/reference.json",
         clouds=[f"{REFERENCE}/reference.ply", f"{REFERENCE}/surface.ply"],
+        kernels=COMPILED,
         settings=f"{RESULTS}/settings/coverage.json",
         code=back_end_code("avs.coverage.episode_coverage"),
     output:
