@@ -43,7 +43,8 @@ def dense_cloud(
     }
     if not maps:
         return Reconstruction(empty_cloud(), (), lost)
-    return Reconstruction(fused(views, maps, fusion), tuple(views.names[row] for row in maps), lost)
+    names = tuple(views.names[row] for row in maps)
+    return Reconstruction(fused(views, maps, fusion), names, lost)
 
 
 def depth_maps(views: Views, points: Points, settings: StereoSettings, seed: int) -> dict[int, DepthMap]:
@@ -68,8 +69,8 @@ def depth_maps(views: Views, points: Points, settings: StereoSettings, seed: int
     maps = {row: depth_map(stereo, settings, seed) for row, stereo in pairs.items()}
     for turn in range(settings.agreements):
         told = {row: _told(maps, row, pictures[row].grey) for row in range(len(views))}
-        maps = {
-            row: refined(
+        for row, stereo in pairs.items():  # each map in place of the one before: those of many views are large
+            maps[row] = refined(
                 stereo,
                 maps[row].planes,
                 _step(stereo.limits, settings) / 4,
@@ -78,8 +79,6 @@ def depth_maps(views: Views, points: Points, settings: StereoSettings, seed: int
                 seed + 1 + turn,
                 [told[other] for other in sources[row]],
             )
-            for row, stereo in pairs.items()
-        }
     return maps
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -28,32 +27,26 @@ _POINT = np.dtype(
 )
 """A point of the PLY file that COLMAP writes."""
 
-_GRID = 12
-"""Points on each side of a picture by which COLMAP is told which views show the same surface."""
+_GRID, _MANY = 12, 50
+"""Points on each side of a picture by which COLMAP is told which views show the same surface. Of more views than that
+many there are fewer, as COLMAP's time and memory grow with the pairs of views that see a point."""
 
 
-def fused(views: Views, maps: Mapping[int, DepthMap], settings: FusionSettings) -> Cloud:
+def fused(views: Views, maps: dict[int, DepthMap], settings: FusionSettings) -> Cloud:
     """Return the points on which depth maps agree, with the number of views as their confidence.
 
     Args:
         views: n views.
-        maps: depth maps by the row of their view; views without one take no part.
+        maps: depth maps by the row of their view; views without one take no part. They are taken out as they are
+            written to disk, since those of many views and COLMAP's need much memory together.
         settings: see there.
     """
     pycolmap = library()
 
-    kept = {row: np.where(found.cost <= settings.worst_cost, found.depth, 0) for row, found in maps.items()}
     with workspace(views) as folder:
-        stereo = folder / "stereo"
-        for name in ("depth_maps", "normal_maps"):
-            (stereo / name).mkdir(parents=True)
-        for row, depth in kept.items():
-            _write_map(stereo / "depth_maps" / f"{row_name(row)}.geometric.bin", depth[..., None])
-            normals = normals_of(maps[row].planes, views.cameras[row])
-            _write_map(stereo / "normal_maps" / f"{row_name(row)}.geometric.bin", normals)
-        (stereo / "fusion.cfg").write_text("".join(f"{row_name(row)}\n" for row in sorted(kept)))
+        points = _write_maps(folder / "stereo", views.cameras, maps, settings.worst_cost)
         names = [row_name(row) for row in range(len(views))]
-        write_model(folder / "sparse", as_model(names, views.cameras, _shared_points(views.cameras, kept)))
+        write_model(folder / "sparse", as_model(names, views.cameras, _shared_points(views.cameras, points)))
         options = pycolmap.StereoFusionOptions(
             num_threads=1,
             min_num_pixels=settings.views,
@@ -82,22 +75,34 @@ def _read_fused(path: Path) -> Cloud:
     return Cloud(positions, np.stack([points[color] for color in ("red", "green", "blue")], axis=1), counts)
 
 
-def _shared_points(cameras: Cameras, depths: Mapping[int, npt.NDArray[np.float32]]) -> Points:
-    """Return some points of all depth maps, each observed by every view that could see it.
+def _write_maps(folder: Path, cameras: Cameras, maps: dict[int, DepthMap], worst_cost: float) -> FloatArray:
+    """Write the depth and normal maps as COLMAP reads them, and return some points of them, in world coordinates."""
+    for name in ("depth_maps", "normal_maps"):
+        (folder / name).mkdir(parents=True)
+    grid, points, rows = max(3, round(_GRID * min(1.0, _MANY / len(cameras)))), [np.zeros((0, 3))], sorted(maps)
+    for row in rows:
+        found = maps.pop(row)
+        depth = np.where(found.cost <= worst_cost, found.depth, 0)
+        _write_map(folder / "depth_maps" / f"{row_name(row)}.geometric.bin", depth[..., None])
+        normals = normals_of(found.planes, cameras[row])
+        _write_map(folder / "normal_maps" / f"{row_name(row)}.geometric.bin", normals)
+        points.append(_some_points(cameras[row], depth, grid))
+    (folder / "fusion.cfg").write_text("".join(f"{row_name(row)}\n" for row in rows))
+    return np.concatenate(points)
 
-    COLMAP compares a view with those that observe the same points.
-    """
-    places = np.concatenate([np.zeros((0, 3)), *(_some_points(cameras[row], depths[row]) for row in sorted(depths))])
+
+def _shared_points(cameras: Cameras, places: FloatArray) -> Points:
+    """Return points, each observed by every view that could see it: COLMAP compares the views that see the same."""
     _, inside = visible(places, cameras)
     observations = np.argwhere(inside.T).astype(np.int64)
     return Points(places, np.zeros((len(places), 3), dtype=np.uint8), observations)
 
 
-def _some_points(camera: Cameras, depth: npt.NDArray[np.float32]) -> FloatArray:
-    """Return the positions of some pixels of a depth map, in world coordinates."""
+def _some_points(camera: Cameras, depth: npt.NDArray[np.float32], grid: int) -> FloatArray:
+    """Return the positions of ``grid`` x ``grid`` pixels of a depth map, in world coordinates."""
     height, width = depth.shape
     rows, columns = np.meshgrid(
-        np.linspace(0, height - 1, _GRID).astype(np.int64), np.linspace(0, width - 1, _GRID).astype(np.int64)
+        np.linspace(0, height - 1, grid).astype(np.int64), np.linspace(0, width - 1, grid).astype(np.int64)
     )
     rows, columns = rows[depth[rows, columns] > 0], columns[depth[rows, columns] > 0]
     pixels = np.stack([columns + 0.5, rows + 0.5, np.ones(len(rows))], axis=1)
