@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import importlib
+import importlib.metadata
 import importlib.util
 import pkgutil
 from collections.abc import Iterable, Mapping
@@ -13,6 +14,7 @@ from typing import Annotated, Any, cast
 from pydantic import ValidationError
 
 from avs.scene.views import Views
+from avs.sfm.point_maps import NetworkSettings
 from avs.sfm.reconstruction import BackEnd, BackEndSettings, Reconstruct, Reconstruction, check_views
 from avs.system.errors import UserError
 from avs.system.models import first_fault
@@ -66,14 +68,20 @@ def find(name: str) -> BackEnd:
 def why_not(settings: BackEndSettings) -> Reason | None:
     """Return what a back end lacks here and what helps, or None if it can run; nothing of its packages is imported.
 
-    It lacks a package, or the weights of its network.
+    It lacks a package or has another version of it, or lacks the weights of its network.
 
     Args:
         settings: of the back end.
     """
-    for module, remedy in find(settings.back_end).packages.items():
+    back_end = find(settings.back_end)
+    for module, remedy in back_end.packages.items():
         if not _is_installed(module):
             return Reason(cause=f"{module} is not installed", remedy=remedy)
+    for project, wanted in back_end.versions.items():
+        version = _version(project)
+        if version is not None and not version.startswith(wanted):
+            cause = f"{project} is installed in version {version}, not {wanted.rstrip('.')}"
+            return Reason(cause=cause, remedy=next(iter(back_end.packages.values())))
     return settings.lacks()
 
 
@@ -89,7 +97,8 @@ def reconstruct(views: Views, settings: BackEndSettings, subject: object, device
         device: ``cpu`` or ``cuda``, for networks.
 
     Raises:
-        UserError: the views cannot be reconstructed by anything, or the back end is not installed here.
+        UserError: the views cannot be reconstructed by anything, or the back end is not installed here, or in a version
+            that has other functions.
     """
     check_views(views, subject)
     lacking = why_not(settings)
@@ -97,7 +106,15 @@ def reconstruct(views: Views, settings: BackEndSettings, subject: object, device
         raise UserError(f"back end {settings.back_end}", lacking.cause, lacking.remedy or "install it")
     module, _, function = find(settings.back_end).reconstruct.partition(":")
     run = cast(Reconstruct, getattr(importlib.import_module(module), function))
-    return run(views, settings, device)
+    try:
+        return run(views, settings, device)
+    except (ImportError, AttributeError, TypeError) as error:
+        if not isinstance(settings, NetworkSettings):
+            raise
+        # of their versions nothing tells but that functions are missing, or have other arguments
+        fault = f"does not work with the version that is installed: {type(error).__name__}: {error}"
+        remedy = "; ".join(find(settings.back_end).packages.values())
+        raise UserError(f"back end {settings.back_end}", fault, f"{remedy} anew, or see the log") from error
 
 
 def create_settings(values: Mapping[str, Any]) -> BackEndSettings:
@@ -111,6 +128,13 @@ def create_settings(values: Mapping[str, Any]) -> BackEndSettings:
     except ValidationError as error:
         place, fault = first_fault(error, "sfm")
         raise UserError(f"configuration: {place}", fault, "correct the value") from None
+
+
+def _version(project: str) -> str | None:
+    try:
+        return importlib.metadata.version(project)
+    except importlib.metadata.PackageNotFoundError:  # imported from a folder
+        return None
 
 
 def _is_installed(module: str) -> bool:

@@ -87,6 +87,8 @@ class BackEnd:
         packages: the modules of other projects that it imports, with the remedy where one is not installed.
         source: where the method is published, one line.
         licence: terms of its code and weights, one line.
+        versions: with which the versions of these projects must begin, by the name that pip knows them by; a project
+            that is not installed by pip has none.
     """
 
     label: str
@@ -95,6 +97,7 @@ class BackEnd:
     packages: Mapping[str, str]
     source: str
     licence: str
+    versions: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def module(self) -> str:

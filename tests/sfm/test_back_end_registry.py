@@ -78,3 +78,13 @@ def test_poses_hold_numbers():
     cameras.world_to_camera[0, 0, 3] = np.nan
     with pytest.raises(ValueError, match="NaN"):
         Cameras(cameras.world_to_camera, cameras.intrinsics, cameras.sizes)
+
+
+def test_another_version_is_one_line(monkeypatch):
+    monkeypatch.setattr(registry, "_version", lambda project: "3.12.0")
+    for name in ("dense", "colmap"):
+        lacking = registry.why_not(registry.create_settings({"back_end": name}))
+        assert lacking.cause == "pycolmap is installed in version 3.12.0, not 4.2"
+        assert lacking.remedy == "pip install pycolmap==4.2.1"
+    with pytest.raises(UserError, match=r"back end dense: pycolmap is installed in version 3\.12\.0"):
+        registry.reconstruct(named_views(ring(2), [PICTURE] * 2), registry.create_settings({}), "episode 1")

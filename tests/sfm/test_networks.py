@@ -1,5 +1,8 @@
 """The adapters of feed-forward networks, by stand-ins with the public signatures."""
 
+import sys
+import types
+
 import numpy as np
 import pytest
 from factories import named_views, ring
@@ -7,6 +10,7 @@ from tolerances import FLOAT32_STORAGE
 
 from avs.sfm import back_end_registry as registry
 from avs.sfm.alignment import placed
+from avs.system.compatibility import prepare_torchvision
 from avs.system.errors import UserError
 from tests.sfm import network_stand_ins
 
@@ -66,12 +70,40 @@ def test_cameras_that_do_not_fit_are_a_result_with_its_reason(views, weights, mo
 @pytest.mark.parametrize("name", NETWORKS)
 def test_what_is_lacking_is_told(name, views, tmp_path, monkeypatch):
     settings = registry.create_settings({"back_end": name})
+    monkeypatch.setattr(registry, "_is_installed", lambda module: module in sys.modules)
     assert "is not installed" in registry.why_not(settings).cause
     with pytest.raises(UserError, match="is not installed"):
         registry.reconstruct(views, settings, "the test")
     getattr(network_stand_ins, f"install_{name}")(monkeypatch, CAMERAS)
     assert "no weights" in registry.why_not(settings).cause
     assert "does not exist" in registry.why_not(registry.create_settings({"back_end": name, "weights": tmp_path})).cause
+
+
+@pytest.mark.parametrize("name", NETWORKS)
+def test_a_version_with_other_functions_is_one_line(name, views, weights, monkeypatch):
+    getattr(network_stand_ins, f"install_{name}")(monkeypatch, CAMERAS)
+    module = {"mast3r": "mast3r.model", "vggt": "vggt.models.vggt", "mapanything": "mapanything.models"}.get(name)
+    monkeypatch.setitem(sys.modules, module or "depth_anything_3.api", types.ModuleType("another_version"))
+    settings = registry.create_settings({"back_end": name, "weights": weights})
+    with pytest.raises(UserError, match=f"back end {name}: does not work with the version that is installed"):
+        registry.reconstruct(views, settings, "the test")
+
+
+@pytest.mark.parametrize("poses", ["known", "free"])
+def test_the_real_depth_anything_with_random_weights(poses, tmp_path):
+    """Its pictures and poses go in and its points come out; with random weights these mean nothing."""
+    pytest.importorskip("depth_anything_3", reason="depth-anything-3 needs an environment of its own")
+    prepare_torchvision()
+    from depth_anything_3.api import DepthAnything3
+
+    DepthAnything3("da3-small").save_pretrained(tmp_path)
+    pictures = [np.random.default_rng(row).integers(0, 256, (42, 56, 3), dtype=np.uint8) for row in range(3)]
+    views = named_views(ring(3, size=(56, 42)), pictures)
+    values = {"weights": tmp_path, "poses": poses, "side": 56, "every": 1, "least_confidence": 0.0}
+    found = registry.reconstruct(views, registry.create_settings({"back_end": "da3", **values}), "the test")
+    assert found.registered == views.names
+    assert len(found.cloud) == 3 * 42 * 56
+    assert (found.cameras is None) == (poses == "known")
 
 
 @pytest.mark.parametrize("name", ["mast3r", "vggt"])

@@ -39,6 +39,7 @@ BACK_END = BackEnd(
     settings=ColmapSettings,
     reconstruct="avs.sfm.back_ends.colmap:reconstruct",
     packages={"pycolmap": "pip install pycolmap==4.2.1"},
+    versions={"pycolmap": "4.2."},
     source="Schoenberger and Frahm, Structure-from-Motion Revisited, CVPR 2016",
     licence="BSD-3-Clause",
 )

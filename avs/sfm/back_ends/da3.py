@@ -11,6 +11,7 @@ from pydantic import Field
 from avs.scene.views import Views
 from avs.sfm.point_maps import NetworkSettings, PointMaps, as_array, inverses, reconstruction_of
 from avs.sfm.reconstruction import BackEnd, BackEndSettings, Poses, Reconstruction
+from avs.system.compatibility import prepare_torchvision
 
 
 class DepthAnythingSettings(NetworkSettings):
@@ -31,6 +32,7 @@ def reconstruct(views: Views, settings: BackEndSettings, device: str) -> Reconst
         device: ``cpu`` or ``cuda``.
     """
     told = cast(DepthAnythingSettings, settings)
+    prepare_torchvision()
     import torch
     from depth_anything_3.api import DepthAnything3
 
@@ -69,6 +71,7 @@ BACK_END = BackEnd(
     settings=DepthAnythingSettings,
     reconstruct="avs.sfm.back_ends.da3:reconstruct",
     packages={"depth_anything_3": "pip install depth-anything-3==0.1.1, in an environment of its own (numpy below 2)"},
+    versions={"depth-anything-3": "0.1."},
     source="Lin et al., Depth Anything 3: Recovering the Visual Space from Any Views, 2025",
     licence="Apache-2.0 (code; weights SMALL, BASE), CC BY-NC 4.0 (LARGE, GIANT)",
 )

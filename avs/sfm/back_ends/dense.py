@@ -55,6 +55,7 @@ BACK_END = BackEnd(
     settings=DenseSettings,
     reconstruct="avs.sfm.back_ends.dense:reconstruct",
     packages={"pycolmap": "pip install pycolmap==4.2.1"},
+    versions={"pycolmap": "4.2."},
     source="Schoenberger et al., Pixelwise View Selection for Unstructured Multi-View Stereo, ECCV 2016 (fusion)",
     licence="BSD-3-Clause (COLMAP)",
 )

@@ -10,6 +10,7 @@ from pydantic import Field
 from avs.scene.views import Views
 from avs.sfm.point_maps import NetworkSettings, PointMaps, as_array, as_bytes, reconstruction_of
 from avs.sfm.reconstruction import BackEnd, BackEndSettings, Poses, Reconstruction
+from avs.system.compatibility import prepare_torchvision
 
 
 class MapAnythingSettings(NetworkSettings):
@@ -30,6 +31,7 @@ def reconstruct(views: Views, settings: BackEndSettings, device: str) -> Reconst
         device: ``cpu`` or ``cuda``.
     """
     told = cast(MapAnythingSettings, settings)
+    prepare_torchvision()
     import torch
     from mapanything.models import MapAnything
     from mapanything.utils.image import preprocess_inputs

@@ -17,6 +17,7 @@ from avs.sfm.point_maps import (
     reconstruction_of,
 )
 from avs.sfm.reconstruction import BackEnd, BackEndSettings, Reconstruction
+from avs.system.compatibility import prepare_torchvision
 from avs.system.files import temporary_folder
 
 
@@ -42,6 +43,7 @@ def reconstruct(views: Views, settings: BackEndSettings, device: str) -> Reconst
         device: ``cpu`` or ``cuda``.
     """
     told = cast(Mast3rSettings, settings)
+    prepare_torchvision()
     import mast3r.utils.path_to_dust3r  # noqa: F401 - makes dust3r importable
     import torch
     from dust3r.utils.image import load_images

@@ -17,6 +17,7 @@ from avs.sfm.point_maps import (
     reconstruction_of,
 )
 from avs.sfm.reconstruction import BackEnd, BackEndSettings, Reconstruction
+from avs.system.compatibility import prepare_torchvision
 
 
 class VggtSettings(NetworkSettings):
@@ -37,6 +38,7 @@ def reconstruct(views: Views, settings: BackEndSettings, device: str) -> Reconst
         device: ``cpu`` or ``cuda``.
     """
     told = cast(VggtSettings, settings)
+    prepare_torchvision()
     import torch
     from vggt.models.vggt import VGGT
     from vggt.utils.geometry import unproject_depth_map_to_point_map
