@@ -9,11 +9,12 @@ ROOT = Path(__file__).resolve().parents[1]
 FLOORS = (
     ("metrics", "avs.system", "avs.rasterizer"),
     ("avs.scene",),
+    ("avs.sfm",),
     ("avs.datasets", "avs.representations"),
     ("avs.selection",),
     ("avs.iqa",),
     ("avs.selectors",),
-    ("avs.nvs", "avs.sfm"),
+    ("avs.nvs",),
     ("avs.coverage",),
     ("avs.report",),
     ("avs.config",),

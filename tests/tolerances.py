@@ -53,6 +53,13 @@ NIQE_PYIQA = 2e-3
 # is a variance; the root of one near zero keeps half of the digits.
 LOCAL_MEAN = 1e-10
 LOCAL_DEVIATION = 1e-4
+# avs/datasets/transforms_file.py and others: poses in decimal text, inverted, through a quaternion and to the scene's
+# unit and back, float64 of order one; a quaternion of text with nine decimals is right to 1e-9.
+POSES_OF_TEXT = 1e-8
+# avs/datasets/found_points.py: nine of ten points lie this near their surface, in units of which the cameras are three
+# away: two pixels of 210 to the unit at that distance, seen under 6 degrees and more, make 0.03 and less than 0.3.
+# Measured: 0.03.
+TRIANGULATED = 0.08
 # avs/datasets/captures.py: the centroid of a dot of 2 px radius in 8 bits, after bilinear undistortion and resizing,
 # whose neighbours' tails reach its window: 0.07 px at most; the distortions of the tests shift points by over ten
 # times as much.

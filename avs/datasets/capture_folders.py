@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,6 +23,23 @@ _LONGEST_NAME = 100
 
 
 @dataclass(frozen=True)
+class Layout:
+    """How the folders of a data set are told from others, and what is read of each.
+
+    Attributes:
+        holds: whether a path is a folder of this layout, or a part of one; it may raise ``OSError``.
+        files: every file that the scene in a folder may be read from, ascending; it may raise ``OSError``.
+        key: what tells the photographs of a folder from those of others, or None; it may raise ``OSError``.
+        wanted: what a user should give, for messages.
+    """
+
+    holds: Callable[[Path], bool]
+    files: Callable[[Path], list[Path]]
+    key: Callable[[Path], tuple[object, ...] | None]
+    wanted: str
+
+
+@dataclass(frozen=True)
 class FoundCaptures:
     """The captures of a folder.
 
@@ -35,8 +52,8 @@ class FoundCaptures:
     left_out: dict[str, Reason]
 
 
-def find_captures(folder: Path) -> FoundCaptures:
-    """Find the captures in ``folder``: its subfolders with ``images`` or ``sparse`` in them, or the folder itself.
+def find_captures(folder: Path, layout: Layout | None = None) -> FoundCaptures:
+    """Find the captures in ``folder``: its subfolders of a layout, by default COLMAP's, or the folder itself.
 
     A scene is called after its folder: lower case, with ``_`` for every character other than a letter, a digit or
     ``_``. A link is called after itself, not after what it leads to.
@@ -44,12 +61,12 @@ def find_captures(folder: Path) -> FoundCaptures:
     Raises:
         UserError: there is no capture that can be used, or ``folder`` cannot be read.
     """
-    folder = Path(folder)
+    folder, layout = Path(folder), layout or COLMAP
     with explained():
         if not folder.is_dir():
             raise UserError(_shown(folder), "there is no such folder", "give the folder that holds your captures")
         candidates = [folder]
-        if not _is_capture(folder):  # of two folders of one scene name, that which has it stays, and links go
+        if not layout.holds(folder):  # of two folders of one scene name, that which has it stays, and links go
             inside = [path for path in folder.iterdir() if not path.name.startswith(".")]
             candidates = sorted(inside, key=lambda path: (path.is_symlink(), path.name != _scene_name(path), path.name))
     folders: dict[str, Path] = {}
@@ -57,9 +74,9 @@ def find_captures(folder: Path) -> FoundCaptures:
     keys: dict[tuple[object, ...], Path] = {}
     for path in candidates:
         try:
-            if not _is_capture(path):
+            if not layout.holds(path):
                 continue
-            reason = _why_unusable(path, folders) or _why_copy(path, keys)
+            reason = _why_unusable(path, folders, layout) or _why_copy(path, keys, layout)
         except OSError as error:
             cause = f"cannot be read ({(error.strerror or str(error)).lower()})"
             reason = Reason(cause=cause, remedy="give yourself the permission, or mend the link")
@@ -68,7 +85,7 @@ def find_captures(folder: Path) -> FoundCaptures:
         else:
             left_out[_shown(_name(path))] = reason
     if not folders:
-        fault, remedy = "holds no capture", "give a folder of folders that have images/ and sparse/0/ in them"
+        fault, remedy = "holds no capture", f"give a folder of folders that have {layout.wanted} in them"
         if left_out:
             told = "; ".join(f"{name}: {reason}" for name, reason in left_out.items())
             fault, remedy = f"holds no capture that can be used ({told})", "mend one of them"
@@ -94,7 +111,16 @@ def photographs_key(folder: Path) -> tuple[object, ...] | None:
     Raises:
         OSError: a file cannot be read.
     """
-    sizes = sorted((path.stat().st_size, path) for path in walk_files(folder / "images"))
+    return key_of_files(walk_files(folder / "images"))
+
+
+def key_of_files(paths: Iterable[Path]) -> tuple[object, ...] | None:
+    """Return what tells these photographs from others: see ``photographs_key``.
+
+    Raises:
+        OSError: a file cannot be read.
+    """
+    sizes = sorted((path.stat().st_size, path) for path in paths)
     smallest = [path for size, path in sizes if size == sizes[0][0]]
     if not sizes or not sizes[-1][0]:
         return None
@@ -127,21 +153,34 @@ def walk_files(folder: Path) -> Iterator[Path]:
                     yield current / entry.name
 
 
+def is_folder(path: Path) -> bool:
+    """Whether ``path`` is a folder, or a link to one.
+
+    Raises:
+        OSError: it is a link that leads nowhere, or cannot be looked at.
+    """
+    if path.is_symlink() and not path.exists():
+        raise FileNotFoundError(None, "a link that leads nowhere", str(path))
+    return path.is_dir()
+
+
 def _is_capture(path: Path) -> bool:
     """Whether ``path`` is a folder that holds a part of a capture.
 
     Raises:
         OSError: it cannot be looked at.
     """
-    if path.is_symlink() and not path.exists():
-        raise FileNotFoundError(None, "a link that leads nowhere", str(path))
-    if not path.is_dir():
+    if not is_folder(path):
         return False
     present = {entry.name for entry in path.iterdir()}
     return any(part.partition("/")[0] in present and (path / part).is_dir() for part in PARTS)
 
 
-def _why_unusable(path: Path, folders: dict[str, Path]) -> Reason | None:
+COLMAP = Layout(_is_capture, capture_files, photographs_key, "images/ and sparse/0/")
+"""The layout that COLMAP writes."""
+
+
+def _why_unusable(path: Path, folders: dict[str, Path], layout: Layout) -> Reason | None:
     """Say why a capture cannot be a scene beside ``folders``, or return None."""
     name = _scene_name(path)
     for other in folders.values():
@@ -157,16 +196,16 @@ def _why_unusable(path: Path, folders: dict[str, Path]) -> Reason | None:
     remedy = "use names in UTF-8 without braces, angle brackets, line breaks or blanks at the end"
     if not _can_be_named(path):
         return Reason(cause="has a name that the workflow cannot take", remedy=remedy)
-    for file in capture_files(path):
+    for file in layout.files(path):
         if not _can_be_named(file):
             name = _shown(file.relative_to(path))
             return Reason(cause=f"has a file whose name the workflow cannot take, {name}", remedy=remedy)
     return None
 
 
-def _why_copy(path: Path, keys: dict[tuple[object, ...], Path]) -> Reason | None:
+def _why_copy(path: Path, keys: dict[tuple[object, ...], Path], layout: Layout) -> Reason | None:
     """Say of which capture another is a copy, or add it to ``keys`` and return None: a scene does not count twice."""
-    key = photographs_key(path)
+    key = layout.key(path)
     first = path if key is None else keys.setdefault(key, path)
     if first == path:
         return None

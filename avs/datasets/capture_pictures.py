@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 import numpy as np
 from PIL import Image
 
-from avs.datasets.capture_folders import walk_files
 from avs.datasets.capture_settings import CaptureSettings
 from avs.datasets.undistortion import pinhole, rescaled, undistorted_camera, undistorted_image
 from avs.scene.colmap import ModelCamera, ModelImage
@@ -63,7 +62,7 @@ class Picture:
 
 
 def plan_pictures(
-    source: Path,
+    root: Path,
     camera_file: Path,
     cameras: dict[int, ModelCamera],
     images: Sequence[ModelImage],
@@ -72,7 +71,7 @@ def plan_pictures(
     """Decide what becomes of each image, from its header and its camera.
 
     Args:
-        source: the capture's folder.
+        root: the folder that names of images start from.
         camera_file: file of the cameras, for messages.
         cameras: by identifier.
         images: the registered images.
@@ -81,7 +80,7 @@ def plan_pictures(
     Raises:
         UserError: an image is missing, damaged, does not fit its camera, or is named twice.
     """
-    pictures = [_plan(source, camera_file, cameras[image.camera_id], image, side) for image in images]
+    pictures = [_plan(root, camera_file, cameras[image.camera_id], image, side) for image in images]
     names: dict[Path, str] = {}
     for picture in pictures:
         first = names.setdefault(picture.path, picture.name)
@@ -107,14 +106,20 @@ def unique_names(pictures: Sequence[Picture]) -> list[str]:
     return names
 
 
-def picture_notes(source: Path, pictures: Sequence[Picture], settings: CaptureSettings, repeats: int = 0) -> list[str]:
+def picture_notes(
+    listed: Collection[Path], pictures: Sequence[Picture], settings: CaptureSettings, repeats: int = 0
+) -> list[str]:
     """Return what a reader should know: which images are left out, and what was done to the others.
 
-    ``repeats`` of those that are not used are registered: they are other images once more.
+    Args:
+        listed: files among which images may lie that are not used.
+        pictures: those that are.
+        settings: how they become a scene.
+        repeats: so many of those that are not used are registered: they are other images once more.
     """
     notes = []
     used = {picture.path for picture in pictures}
-    present = {path for path in walk_files(source / "images") if path.suffix.lower() in _IMAGE_SUFFIXES}
+    present = {path for path in listed if is_image(path)}
     unregistered = len(present - used) - repeats
     if unregistered > 0:
         notes.append(f"{unregistered} of {len(present)} images are left out: the model does not register them")
@@ -139,14 +144,21 @@ def picture_notes(source: Path, pictures: Sequence[Picture], settings: CaptureSe
     return notes
 
 
-def _plan(source: Path, cameras: Path, camera: ModelCamera, image: ModelImage, settings: CaptureSettings) -> Picture:
+def is_image(path: Path) -> bool:
+    """Whether a file has the suffix of an image that can be read."""
+    return path.suffix.lower() in _IMAGE_SUFFIXES
+
+
+def _plan(root: Path, cameras: Path, camera: ModelCamera, image: ModelImage, settings: CaptureSettings) -> Picture:
     """Look at an image's header and its camera and decide what becomes of it."""
     relative = PurePosixPath(image.name)
     if relative.is_absolute() or ".." in relative.parts or not relative.name:
-        raise UserError(cameras.parent, f"image name {image.name} points outside the folder images", "rename the image")
+        raise UserError(
+            cameras.parent, f"image name {image.name} points outside the folder {root.name}", "rename the image"
+        )
     if "\0" in image.name:
         raise UserError(cameras.parent, f"the image name {image.name} is no name of a file", "copy the model again")
-    path = source / "images" / relative
+    path = root / relative
     header = read_header(path)
     stored = header.size
     turned = header.orientation >= 5 and _fits(stored[::-1], camera) and not _fits(stored, camera)

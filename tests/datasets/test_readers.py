@@ -21,7 +21,9 @@ QUICK = {"views": 16, "long_side": 48, "texture_levels": 6, "gather_rays": 8, "b
 
 
 def test_each_reader_has_the_name_of_its_source():
-    assert readers() == {"captures": Captures, "embedded": EmbeddedScenes}
+    assert {name: reader.__module__ for name, reader in readers().items()} == {
+        name: f"avs.datasets.{name}" for name in ("aria_dtc", "captures", "embedded", "nerfstudio")
+    }
 
 
 def test_a_reader_that_does_not_work_leaves_the_others(tmp_path, monkeypatch):

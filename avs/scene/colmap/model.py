@@ -150,11 +150,11 @@ def point_arrays(path: Path, rows: list[tuple[float, ...]]) -> PointArrays:
 def checked(folder: Path, suffix: str, model: Model) -> Model:
     """Return ``model``, without observations of points that it lacks, if its numbers are usable and its parts fit."""
     for identifier, camera in model.cameras.items():
-        _check_camera(folder / f"cameras{suffix}", identifier, camera)
+        check_camera(folder / f"cameras{suffix}", identifier, camera)
     images = folder / f"images{suffix}"
     names: set[str] = set()
     for image in model.images.values():
-        _check_pose(images, image)
+        check_pose(images, image)
         if image.camera_id not in model.cameras:
             raise UserError(images, f"image {image.name} names camera {image.camera_id}, which does not exist", REMEDY)
         if image.name in names:
@@ -165,7 +165,8 @@ def checked(folder: Path, suffix: str, model: Model) -> Model:
     return _without_lost_points(model)
 
 
-def _check_camera(path: Path, identifier: int, camera: ModelCamera) -> None:
+def check_camera(path: Path, identifier: int, camera: ModelCamera) -> None:
+    """Raise a ``UserError`` that names ``path`` if the numbers of a camera cannot be those of one."""
     if not all(map(math.isfinite, camera.params)) or camera.width < 1 or camera.height < 1:
         raise UserError(path, f"camera {identifier} has a parameter that is not finite, or no size", REMEDY)
     if max(camera.width, camera.height) > _LONGEST_SIDE:
@@ -190,7 +191,8 @@ def _focal_lengths(model: str) -> int:
     return 1 if model.startswith(("SIMPLE_", "RADIAL")) else 2
 
 
-def _check_pose(path: Path, image: ModelImage) -> None:
+def check_pose(path: Path, image: ModelImage) -> None:
+    """Raise a ``UserError`` that names ``path`` if the pose of an image is none."""
     pose = np.concatenate([image.quaternion, image.translation])
     if not np.isfinite(pose).all() or not np.any(image.quaternion):
         raise UserError(path, f"the pose of image {image.name} is not finite or has no rotation", REMEDY)

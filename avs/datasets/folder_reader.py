@@ -1,0 +1,72 @@
+"""What the readers of a user's folders share: one scene for each folder in it, told apart by its photographs."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from pathlib import Path
+from typing import Self
+
+from pydantic import Field
+
+from avs.datasets.capture_folders import FoundCaptures, Layout, find_captures
+from avs.datasets.capture_settings import CaptureSettings
+from avs.datasets.reader import Reader
+from avs.scene.pixel_forms import Color
+from avs.system.errors import UserError
+from avs.system.reasons import Reason
+
+
+class FolderReader(Reader, CaptureSettings):
+    """Scenes in a folder of the user's, each in a folder of its own. A subclass says how such a folder looks."""
+
+    folder: str | None = Field(description="folder of the scenes' folders, or that of one scene")
+    only: tuple[str, ...] | None = Field(
+        default=None,
+        description="names of the scenes to take, as the tables name them; null for all that are there",
+    )
+
+    @classmethod
+    @abstractmethod
+    def layout(cls) -> Layout:
+        """Return how a scene's folder is told from others."""
+
+    def scenes(self) -> dict[str, Self]:
+        """Return the settings of each scene, by its folder's name in lower case, in order; see ``find_captures``."""
+        found = self._found().folders
+        wanted = found if self.only is None else {name: found[name] for name in self.only if name in found}
+        if not wanted:
+            told = ", ".join(self.only or ())
+            fault = f"holds none of the scenes that `only` names ({told}), but {', '.join(found)}"
+            raise UserError(self.folder, fault, "name some of these, or get the others")
+        return {name: self.model_copy(update={"folder": str(path), "only": None}) for name, path in wanted.items()}
+
+    def left_out(self) -> dict[str, Reason]:
+        """Return why a folder is no scene, by its name, and which scenes that should be there are not."""
+        if self.folder is None:
+            return {}
+        found = self._found()
+        if self.only is None:
+            return found.left_out
+        absent = Reason(cause="is not there", remedy=f"put it into {self.folder}; docs/data.md says where it is from")
+        return {name: found.left_out.get(name, absent) for name in self.only if name not in found.folders}
+
+    def on_background(self, color: Color) -> Self:
+        """Return settings with ``color`` behind transparent pixels, unless they name one."""
+        return self if self.background is not None else self.model_copy(update={"background": color})
+
+    def files(self) -> list[Path]:
+        """Return every file that the scene may be read from."""
+        return self.layout().files(self.place)
+
+    def identity(self) -> tuple[object, ...]:
+        """Return what tells its photographs from those of others: a copy is the same scene."""
+        key = self.layout().key(self.place)
+        return (self.source, str(self.place.resolve()) if key is None else key)
+
+    @property
+    def place(self) -> Path:
+        """The folder as a path."""
+        return Path(self.folder or ".")
+
+    def _found(self) -> FoundCaptures:
+        return find_captures(self.place, self.layout())
