@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from avs.datasets.found_points import sure_points, triangulated_points
+from avs.datasets.found_points import are_doubtful, sure_points, triangulated_points
 from avs.datasets.posed_scene import FindPoints
 from avs.datasets.stored_points import behind_all, seen_shares
 from avs.datasets.transforms_file import Axes
@@ -22,9 +22,6 @@ OTHER: dict[Axes, Axes] = {"opengl": "opencv", "opencv": "opengl"}
 _CLEARLY = 3.0
 """The other axes are named where they explain so many times as much."""
 
-_FEW = 0.1
-"""Below this share of points that three views see, the other axes are tried: with right poses it is mostly a half."""
-
 
 def turned(cameras: Cameras) -> Cameras:
     """Return the cameras with y and z of their axes the other way round: from OpenCV's to OpenGL's, or back."""
@@ -36,15 +33,14 @@ def triangulating(subject: object, axes: Axes) -> FindPoints:
 
     def find(views: Views) -> tuple[Points, list[str]]:
         points, notes = triangulated_points(views)
-        sure = sure_points(points)
-        if sure >= max(len(views), _FEW * len(points)):
+        if not are_doubtful(points, len(views)):
             return points, notes
+        sure = sure_points(points)
         others = sure_points(triangulated_points(replace(views, cameras=turned(views.cameras)))[0])
         if others > max(len(views), _CLEARLY * sure):
             fault = f"with axes {axes}, three pictures agree on {sure} points, with {OTHER[axes]} on {others}"
             raise UserError(subject, fault, f"set axes: {OTHER[axes]}")
-        doubt = f"three pictures agree on {sure} points alone: the poses may be wrong, or the pictures show little"
-        return points, [*notes, doubt]
+        return points, notes
 
     return find
 

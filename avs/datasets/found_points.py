@@ -17,6 +17,10 @@ SURE = 3
 """Views from which a point is sure: two views agree on many a wrong match, since it only has to lie on a line."""
 
 
+_FEW = 0.1
+"""Below this share of sure points something is wrong: with right poses it is mostly a half."""
+
+
 def triangulated_points(views: Views) -> tuple[Points, list[str]]:
     """Return the points that the views see, each with the views that do, and notes for the scene.
 
@@ -34,9 +38,18 @@ def triangulated_points(views: Views) -> tuple[Points, list[str]]:
     notes = [f"{len(found.points)} points are triangulated from all pictures, with the given poses"]
     if lost:
         notes.append(f"{len(lost)} of {len(views)} images share no point with another ({some_of(lost)})")
-    return Points(found.points.positions, found.points.colors, observations), notes
+    result = Points(found.points.positions, found.points.colors, observations)
+    if are_doubtful(result, len(views)):
+        told = f"three pictures agree on {sure_points(result)} points alone"
+        notes.append(f"{told}: the poses may be wrong, or the pictures show little that can be told apart")
+    return result, notes
 
 
 def sure_points(points: Points) -> int:
     """Return how many points at least ``SURE`` views see."""
     return int((np.bincount(points.observations[:, 0], minlength=1) >= SURE).sum())
+
+
+def are_doubtful(points: Points, views: int) -> bool:
+    """Whether points triangulated from so many views speak against the poses, since so few are sure."""
+    return sure_points(points) < max(views, _FEW * len(points))
