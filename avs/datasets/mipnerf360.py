@@ -1,0 +1,54 @@
+"""Mip-NeRF360 (Barron et al., CVPR 2022): nine captures in COLMAP layout, from their full images.
+
+``images_2``, ``images_4`` and ``images_8`` hold the authors' smaller copies, which are never read: results on those and
+on pictures resized from the full ones differ by .3 to .7 dB.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+from pydantic import Field, PositiveInt
+
+from avs.datasets.capture_folders import COLMAP, Layout, walk_files
+from avs.datasets.capture_pictures import is_image
+from avs.datasets.captures import prepare
+from avs.datasets.folder_reader import FolderReader
+from avs.scene.images import read_header
+from avs.system.errors import UserError
+
+SCENES = ("bicycle", "bonsai", "counter", "flowers", "garden", "kitchen", "room", "stump", "treehill")
+
+
+class MipNerf360(FolderReader):
+    """The captures of Mip-NeRF360 in a folder of the user's."""
+
+    source: Literal["mipnerf360"] = Field(default="mipnerf360", description="Mip-NeRF360")
+    folder: str = Field(description="folder of the scenes' folders")
+    only: tuple[str, ...] | None = Field(
+        default=SCENES, description="names of the scenes to take; those that are not there are told of"
+    )
+    long_side: PositiveInt | None = Field(default=1600, description="width in pixels; the paper's and 3DGS's is 1600")
+
+    @classmethod
+    def layout(cls) -> Layout:
+        """Return COLMAP's."""
+        return COLMAP
+
+    def prepare(self, dataset: str, folder: Path) -> None:
+        """Turn a capture into a scene.
+
+        Raises:
+            UserError: its images are smaller copies, or as of ``avs.datasets.captures.prepare``.
+        """
+        pictures = sorted(path for path in walk_files(self.place / "images") if is_image(path))
+        if pictures and max(size := read_header(pictures[0]).size) < (self.long_side or 0):
+            fault = f"is {size[0]} x {size[1]} pixels, less than the {self.long_side} wanted: a smaller copy"
+            raise UserError(
+                pictures[0], fault, "put the full images of the archive into images/, not those of images_4"
+            )
+        prepare(self.place, folder, self, dataset)
+
+
+READER = MipNerf360
