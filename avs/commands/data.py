@@ -1,10 +1,10 @@
-"""The command that makes scenes."""
+"""The command that makes scenes, and those that look at data sets and find poses before a run."""
 
 from __future__ import annotations
 
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from avs.representations.needed_points import NeededPoints
 
 commands = typer.Typer()
+of_folders = typer.Typer(no_args_is_help=True, help="Look at data sets and find poses of photographs, before a run.")
 
 
 @commands.command()
@@ -41,3 +42,16 @@ def _check_points(folder: Path, needed: NeededPoints) -> None:
     except UserError:
         shutil.rmtree(folder)
         raise
+
+
+@of_folders.command()
+def check(
+    name: Annotated[str, typer.Argument(help="a data set of workflows/config/datasets, or a source, such as captures")],
+    folder: Annotated[Path, typer.Argument(help="where it lies")],
+    videos: Annotated[Path | None, typer.Option(help="folder of the videos, for realestate10k")] = None,
+) -> None:
+    """Say what is there of a data set and what is missing; a fault is found without reading the pixels of pictures."""
+    with job(None) as console:
+        from avs.config.data_set_check import check_data_set
+
+        check_data_set(name, folder, videos, console.progress)

@@ -40,6 +40,7 @@ def sources(
 for stage in STAGES:
     app.add_typer(stage.commands)
 app.add_typer(weights.commands, name="weights")
+app.add_typer(data.of_folders, name="data")
 
 
 def main() -> None:

@@ -35,9 +35,9 @@ class Captures(FolderReader):
             raise UserError("captures", "no folder is given", "add --config scenes_dir=DIR, or name a folder")
         return super().scenes()
 
-    def prepare(self, dataset: str, folder: Path) -> None:
-        """Turn the capture into a scene; see ``prepare`` of this module."""
-        prepare(self.place, folder, self, dataset)
+    def posed(self) -> PosedPictures:
+        """Return the registered pictures; see ``posed_capture``."""
+        return posed_capture(self.place)
 
 
 READER = Captures
@@ -52,9 +52,17 @@ def prepare(source: Path, folder: Path, settings: CaptureSettings, dataset: str 
     Raises:
         UserError: the model or an image is missing or damaged, or they contradict one another.
     """
-    source = Path(source)
+    write_posed(posed_capture(Path(source)), Path(folder), settings, dataset)
+
+
+def posed_capture(source: Path) -> PosedPictures:
+    """Return the registered pictures of the capture in ``source`` with its cameras, poses and points.
+
+    Raises:
+        UserError: the model is missing or damaged.
+    """
     chosen = choose_model(source)
-    posed = PosedPictures(
+    return PosedPictures(
         subject=f"capture {source.resolve().name}",
         licence="as the capture's owner says",
         root=source / "images",
@@ -63,4 +71,3 @@ def prepare(source: Path, folder: Path, settings: CaptureSettings, dataset: str 
         notes=tuple(chosen.notes),
         listed=tuple(walk_files(source / "images")),
     )
-    write_posed(posed, Path(folder), settings, dataset)

@@ -18,7 +18,7 @@ from avs.datasets.capture_folders import Layout, is_folder, key_of_files
 from avs.datasets.folder_reader import FolderReader
 from avs.datasets.found_points import triangulated_points
 from avs.datasets.number_lines import TextLine, numbers_of, text_lines
-from avs.datasets.posed_scene import PosedPictures, write_posed
+from avs.datasets.posed_scene import PosedPictures
 from avs.scene.colmap import Model, ModelCamera, ModelImage
 from avs.scene.colmap.model import check_camera, check_pose
 from avs.system.errors import UserError
@@ -48,8 +48,8 @@ class MapFree(FolderReader):
         """Return how a scene's folder is told from others."""
         return Layout(_holds, _files, _key, f"{_POSES} and {_INTRINSICS}")
 
-    def prepare(self, dataset: str, folder: Path) -> None:
-        """Turn the videos of a scene into a scene of the suite.
+    def posed(self) -> PosedPictures:
+        """Return the frames of a scene's videos.
 
         Raises:
             UserError: a file is missing or damaged, or the poses are those of the test split, which has none.
@@ -65,7 +65,7 @@ class MapFree(FolderReader):
             registered[number] = ModelImage(
                 image.name, camera, image.quaternion, image.translation, image.keypoints, image.points
             )
-        posed = PosedPictures(
+        return PosedPictures(
             subject=f"Map-Free Relocalisation {self.place.resolve().name}",
             licence=_LICENCE,
             root=self.place,
@@ -74,7 +74,6 @@ class MapFree(FolderReader):
             notes=(f"{len(images)} frames of {', '.join(self.sequences)}, every {self.every}",),
             find_points=triangulated_points,
         )
-        write_posed(posed, folder, self, dataset)
 
     def _chosen(self, images: Sequence[ModelImage]) -> list[ModelImage]:
         """Return the images of the sequences, by name, every n-th of them."""

@@ -6,15 +6,15 @@ on pictures resized from the full ones differ by .3 to .7 dB.
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Literal
 
 from pydantic import Field, PositiveInt
 
 from avs.datasets.capture_folders import COLMAP, Layout, walk_files
 from avs.datasets.capture_pictures import is_image
-from avs.datasets.captures import prepare
+from avs.datasets.captures import posed_capture
 from avs.datasets.folder_reader import FolderReader
+from avs.datasets.posed_scene import PosedPictures
 from avs.scene.images import read_header
 from avs.system.errors import UserError
 
@@ -36,11 +36,11 @@ class MipNerf360(FolderReader):
         """Return COLMAP's."""
         return COLMAP
 
-    def prepare(self, dataset: str, folder: Path) -> None:
-        """Turn a capture into a scene.
+    def posed(self) -> PosedPictures:
+        """Return the registered pictures.
 
         Raises:
-            UserError: its images are smaller copies, or as of ``avs.datasets.captures.prepare``.
+            UserError: they are smaller copies, or as of ``avs.datasets.captures.posed_capture``.
         """
         pictures = sorted(path for path in walk_files(self.place / "images") if is_image(path))
         if pictures and max(size := read_header(pictures[0]).size) < (self.long_side or 0):
@@ -48,7 +48,7 @@ class MipNerf360(FolderReader):
             raise UserError(
                 pictures[0], fault, "put the full images of the archive into images/, not those of images_4"
             )
-        prepare(self.place, folder, self, dataset)
+        return posed_capture(self.place)
 
 
 READER = MipNerf360

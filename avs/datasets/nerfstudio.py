@@ -11,7 +11,7 @@ from pydantic import Field
 from avs.datasets.camera_axes import showing, triangulating
 from avs.datasets.capture_folders import Layout, is_folder, key_of_files
 from avs.datasets.folder_reader import FolderReader
-from avs.datasets.posed_scene import PosedPictures, write_posed
+from avs.datasets.posed_scene import PosedPictures
 from avs.datasets.stored_points import read_ply
 from avs.datasets.transforms_file import Axes, PixelCenters, Transforms, model_of, read_transforms
 from avs.scene.images import read_header
@@ -45,11 +45,11 @@ class TransformsReader(FolderReader):
         """Return how a folder with a file of cameras is told from others."""
         return Layout(_holds, _files, lambda path: key_of_files(_pictures(path)), "a file transforms.json")
 
-    def prepare(self, dataset: str, folder: Path) -> None:
-        """Turn the capture into a scene.
+    def posed(self) -> PosedPictures:
+        """Return the pictures that the file of cameras lists.
 
         Raises:
-            UserError: a file is missing or damaged, or contradicts another; or the axes are not those of the poses.
+            UserError: a file is missing or damaged, or contradicts another.
         """
         transforms = read_transforms(_cameras_file(self.place))
         root = transforms.path.parent
@@ -60,7 +60,7 @@ class TransformsReader(FolderReader):
             if transforms.points is None:
                 raise UserError(transforms.path, "names no cloud (ply_file_path)", "set points: triangulated")
             find = showing(transforms.path, self.axes, partial(read_ply, transforms.points))
-        posed = PosedPictures(
+        return PosedPictures(
             subject=f"capture {self.place.resolve().name}",
             licence=self.licence(),
             root=root,
@@ -69,7 +69,6 @@ class TransformsReader(FolderReader):
             notes=tuple(_size_notes(transforms, sizes)),
             find_points=find,
         )
-        write_posed(posed, folder, self, dataset)
 
     def licence(self) -> str:
         """Return the terms of the pictures, one line."""

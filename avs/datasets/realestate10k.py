@@ -82,31 +82,47 @@ class RealEstate10K(FolderReader):
         Raises:
             UserError: the text is damaged, or the video is missing, cannot be decoded, or lacks the frames.
         """
+        with temporary_folder("avs-frames-") as frames:
+            write_posed(self._extracted(frames), folder, self, dataset)
+
+    def posed(self) -> PosedPictures:
+        """Refuse: pictures lie in a video until the scene is prepared."""
+        raise NotImplementedError
+
+    def examine(self) -> str:
+        """Return how many frames the text names; that the video is there is all that is looked at."""
         told = read_posed_frames(self.place)
+        return f"{len(told.times)} frames with poses, video {self._found_video(told).name}"
+
+    def _extracted(self, frames: Path) -> PosedPictures:
+        """Write the frames that the text names to a folder, and return them with their poses."""
+        told = read_posed_frames(self.place)
+        video = self._found_video(told)
+        rows = range(0, len(told.times), self.every)
+        times = [told.times[row] for row in rows]
+        found = {}
+        for position, pixels in frames_at(video, times, round(self.tolerance * MICROSECONDS)):
+            name = f"{times[position]:012d}.png"
+            Image.fromarray(pixels).save(frames / name, compress_level=1)
+            found[rows[position]] = (name, pixels.shape[1], pixels.shape[0])
+        if len(found) < 2:
+            fault = f"has {len(found)} of the {len(times)} frames that {self.place.name} names"
+            raise UserError(video, fault, "get the video of that address, whole, or raise the tolerance")
+        return PosedPictures(
+            subject=f"RealEstate10K {self.place.stem}, video {told.video}",
+            licence=_LICENCE,
+            root=frames,
+            camera_file=self.place,
+            model=_model(self.place, told, found),
+            notes=tuple(self._notes(len(times), len(found))),
+            find_points=triangulated_points,
+        )
+
+    def _found_video(self, told: PosedFrames) -> Path:
         video = self._video()
         if video is None:
             raise UserError(self.videos, f"holds no video {told.video}", "get it, or leave the scene out")
-        rows = range(0, len(told.times), self.every)
-        times = [told.times[row] for row in rows]
-        with temporary_folder("avs-frames-") as frames:
-            found = {}
-            for position, pixels in frames_at(video, times, round(self.tolerance * MICROSECONDS)):
-                name = f"{times[position]:012d}.png"
-                Image.fromarray(pixels).save(frames / name, compress_level=1)
-                found[rows[position]] = (name, pixels.shape[1], pixels.shape[0])
-            if len(found) < 2:
-                fault = f"has {len(found)} of the {len(times)} frames that {self.place.name} names"
-                raise UserError(video, fault, "get the video of that address, whole, or raise the tolerance")
-            posed = PosedPictures(
-                subject=f"RealEstate10K {self.place.stem}, video {told.video}",
-                licence=_LICENCE,
-                root=frames,
-                camera_file=self.place,
-                model=_model(self.place, told, found),
-                notes=tuple(self._notes(len(times), len(found))),
-                find_points=triangulated_points,
-            )
-            write_posed(posed, folder, self, dataset)
+        return video
 
     def _notes(self, wanted: int, found: int) -> list[str]:
         lost = wanted - found

@@ -37,7 +37,7 @@ def test_every_scale_follows_the_schema(path):
         ),
         (
             {"datasets": {"orbit": {"source": "embedded", "pattern": "orbit", "seeds": [0], "test_every": 8}}},
-            "configuration: datasets.orbit.test_every: is a key of source aria_dtc or captures or .*, not of embedded; remove it",
+            "configuration: datasets.orbit.test_every: is a key of source aria_dtc or .*, not of embedded; remove it",
         ),
         ({"protocol": {"budgett": 9}}, "configuration: protocol.budgett: unknown key; did you mean budget?"),
         (

@@ -23,7 +23,16 @@ QUICK = {"views": 16, "long_side": 48, "texture_levels": 6, "gather_rays": 8, "b
 def test_each_reader_has_the_name_of_its_source():
     assert {name: reader.__module__ for name, reader in readers().items()} == {
         name: f"avs.datasets.{name}"
-        for name in ("aria_dtc", "captures", "embedded", "map_free", "mipnerf360", "nerfstudio", "realestate10k")
+        for name in (
+            "aria_dtc",
+            "captures",
+            "embedded",
+            "llff",
+            "map_free",
+            "mipnerf360",
+            "nerfstudio",
+            "realestate10k",
+        )
     }
 
 

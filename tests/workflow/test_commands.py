@@ -51,7 +51,7 @@ def test_a_damaged_settings_file_is_one_line(tmp_path):
 def test_no_two_stages_have_a_command_of_one_name():
     counted = [name for stage in STAGES for name in names(stage.commands)]
     assert len(counted) == len(set(counted))
-    assert len(app.registered_groups) == len(STAGES) + 1
+    assert len(app.registered_groups) == len(STAGES) + 2  # weights and data
 
 
 @pytest.mark.parametrize("stage", [*STAGES, weights], ids=lambda stage: stage.__name__)
