@@ -23,7 +23,7 @@ FILE = re.compile(
     r"(?<![\w/<>.$~-])(?:avs|metrics|workflows|tests|docs|results/published|results/reference)/[\w./*-]*\w"
 )
 MODULE = re.compile(r"(?<![\w/.])(?:avs|metrics)(?:\.(?!py\b)\w+)+")
-COMMAND = re.compile(r"(?:python -m |`)avs ((?:weights )?[a-z_]+)([^\n`]*)")
+COMMAND = re.compile(r"(?:python -m |`)avs ((?:(?:weights|data) )?[a-z_]+)([^\n`]*)")
 OPTION = re.compile(r"(?<=\s)--[a-z-]+")
 LINK = re.compile(r"\]\(([^)#:]+)(?:#[^)]*)?\)")
 BLOCK = re.compile(r"^```\w+ (\S+)$", re.MULTILINE)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -12,6 +12,8 @@ from avs.commands.arguments import Log, Out, SettingsFile
 from avs.system.errors import UserError
 from avs.system.job_process import job
 from avs.system.records import read_settings
+
+Lens = Literal["SIMPLE_PINHOLE", "SIMPLE_RADIAL", "OPENCV", "OPENCV_FISHEYE"]
 
 if TYPE_CHECKING:
     from avs.representations.needed_points import NeededPoints
@@ -55,3 +57,18 @@ def check(
         from avs.config.data_set_check import check_data_set
 
         check_data_set(name, folder, videos, console.progress)
+
+
+@of_folders.command()
+def pose(
+    source: Annotated[Path, typer.Argument(help="folder of photographs, or a video")],
+    out: Annotated[Path, typer.Option(help="the capture to write: images/ and sparse/0; it must not exist")],
+    lens: Annotated[Lens, typer.Option(help="COLMAP's model of the camera")] = "SIMPLE_RADIAL",
+    ordered: Annotated[bool, typer.Option(help="photographs follow a path by name, as those of a video do")] = False,
+    rate: Annotated[float, typer.Option(min=0.01, help="frames of a video that are taken a second")] = 2.0,
+) -> None:
+    """Find the poses of plain photographs, or of a video's frames, and write them as a capture in COLMAP's layout."""
+    with job(None) as console:
+        from avs.datasets.photograph_poses import write_capture
+
+        write_capture(source, out, lens=lens, ordered=ordered, rate=rate, tell=console.progress)

@@ -1,17 +1,13 @@
 """``avs data check``: each scene in a line, missing ones named, and a status that scripts can read."""
 
 import shutil
-import sys
-from pathlib import Path
 
 import pytest
 from PIL import Image
 
 from avs.config.data_set_check import check_data_set
 from avs.system.errors import UserError
-
-sys.path.append(str(Path(__file__).parents[1] / "datasets"))
-from captures_factory import make_capture
+from tests.datasets.captures_factory import make_capture
 
 
 @pytest.fixture

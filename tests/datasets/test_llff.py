@@ -5,13 +5,20 @@ import re
 import numpy as np
 import pytest
 from PIL import Image
-from textured_factory import FOCAL, SIZE, assert_points_lie_on_the_surfaces, assert_poses_are, photograph, poses
 
 from avs.datasets.llff import Llff
 from avs.scene.scene import read_scene
 from avs.system.errors import UserError
 from avs.system.files import explained
 from tests import tolerances
+from tests.datasets.textured_factory import (
+    FOCAL,
+    SIZE,
+    assert_points_lie_on_the_surfaces,
+    assert_poses_are,
+    photograph,
+    poses,
+)
 
 
 def make(folder, count=10):

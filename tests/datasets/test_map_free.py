@@ -8,7 +8,13 @@ import pytest
 import yaml
 from PIL import Image
 from scipy.spatial.transform import Rotation
-from textured_factory import (
+
+from avs.datasets.map_free import EVALUATION, TRAINING, MapFree, drawn_split
+from avs.scene.scene import read_scene
+from avs.system.errors import UserError
+from avs.system.files import explained
+from tests import tolerances
+from tests.datasets.textured_factory import (
     CENTER,
     FOCAL,
     SIZE,
@@ -17,12 +23,6 @@ from textured_factory import (
     photograph,
     poses,
 )
-
-from avs.datasets.map_free import EVALUATION, TRAINING, MapFree, drawn_split
-from avs.scene.scene import read_scene
-from avs.system.errors import UserError
-from avs.system.files import explained
-from tests import tolerances
 
 CONFIG = Path(__file__).parents[2] / "workflows" / "config" / "datasets"
 NUMBERS = [0, 1, 2, 5, 6, 9, 12, 13, 14, 20]  # frame numbers skip

@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 import yaml
-from captures_factory import make_capture
 from PIL import Image
 
 from avs.config.configuration import load
 from avs.datasets.mipnerf360 import SCENES, MipNerf360
 from avs.scene.scene import read_scene
 from avs.system.errors import UserError
+from tests.datasets.captures_factory import make_capture
 
 CONFIG = Path(__file__).parents[2] / "workflows" / "config"
 

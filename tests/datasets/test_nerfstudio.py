@@ -8,7 +8,15 @@ import pycolmap
 import pytest
 from PIL import Image
 from plyfile import PlyData, PlyElement
-from textured_factory import (
+
+from avs.datasets.aria_dtc import AriaDtc
+from avs.datasets.nerfstudio import Nerfstudio
+from avs.datasets.transforms_file import model_of, read_transforms
+from avs.scene.scene import read_scene
+from avs.system.errors import UserError
+from avs.system.files import explained
+from tests import tolerances
+from tests.datasets.textured_factory import (
     CENTER,
     FLOOR,
     FOCAL,
@@ -18,14 +26,6 @@ from textured_factory import (
     photograph,
     poses,
 )
-
-from avs.datasets.aria_dtc import AriaDtc
-from avs.datasets.nerfstudio import Nerfstudio
-from avs.datasets.transforms_file import model_of, read_transforms
-from avs.scene.scene import read_scene
-from avs.system.errors import UserError
-from avs.system.files import explained
-from tests import tolerances
 
 GL = np.diag([1.0, -1.0, -1.0, 1.0])
 

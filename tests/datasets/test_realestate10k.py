@@ -6,7 +6,14 @@ from pathlib import Path
 import av
 import numpy as np
 import pytest
-from textured_factory import (
+
+from avs.datasets.realestate10k import RealEstate10K, read_posed_frames
+from avs.datasets.video_frames import frames_at
+from avs.scene.scene import read_scene
+from avs.system.errors import UserError
+from avs.system.files import explained
+from tests import tolerances
+from tests.datasets.textured_factory import (
     CENTER,
     FOCAL,
     SIZE,
@@ -15,13 +22,6 @@ from textured_factory import (
     photograph,
     poses,
 )
-
-from avs.datasets.realestate10k import RealEstate10K, read_posed_frames
-from avs.datasets.video_frames import frames_at
-from avs.scene.scene import read_scene
-from avs.system.errors import UserError
-from avs.system.files import explained
-from tests import tolerances
 
 SHARED = Path(__file__).parents[3] / "shared" / "formats" / "realestate10k"
 RATE, FIRST, COUNT = 10, 20, 10

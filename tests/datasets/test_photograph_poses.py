@@ -1,0 +1,128 @@
+"""Poses of plain photographs and of a video, against the ones that they were made with."""
+
+import re
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from avs.datasets.captures import Captures
+from avs.datasets.photograph_poses import write_capture
+from avs.scene.cameras import look_at
+from avs.scene.colmap import read_model
+from avs.scene.colmap.conversion import rotation_matrix, sorted_images
+from avs.system.errors import UserError
+from tests import tolerances
+from tests.datasets.test_realestate10k import write_video
+from tests.datasets.textured_factory import SIZE, photograph, poses
+
+WALK = poses(12)
+LENS = {"focal": (212.0, 212.0), "center": (SIZE[0] / 2, SIZE[1] / 2)}  # as structure from motion supposes it
+
+
+def photographs(folder, count=12):
+    (folder / "some").mkdir(parents=True)
+    for number, pose in enumerate(WALK[:count]):
+        Image.fromarray(photograph(pose, **LENS)).save(folder / "some" / f"{number:02d}.png")
+    return folder
+
+
+def found(source, out, **settings):
+    lines = []
+    write_capture(
+        source, out, **{"lens": "SIMPLE_RADIAL", "ordered": False, "rate": 2.0, "tell": lines.append} | settings
+    )
+    return lines
+
+
+def assert_poses_agree(capture, expected):
+    """After the best similarity, rotations and centres are those of ``expected``, in the order of names."""
+    images = sorted_images(read_model(capture / "sparse" / "0"))
+    assert len(images) == len(expected)
+    rotations = np.stack([rotation_matrix(image.quaternion) for image in images])
+    centers = np.stack([-rotation.T @ image.translation for rotation, image in zip(rotations, images, strict=True)])
+    wanted = np.stack([-pose[:3, :3].T @ pose[:3, 3] for pose in expected])
+    ours, theirs = centers - centers.mean(axis=0), wanted - wanted.mean(axis=0)
+    left, scales, right = np.linalg.svd(theirs.T @ ours)
+    sign = np.diag([1, 1, np.linalg.det(left @ right)])
+    turn, scale = left @ sign @ right, (scales * np.diag(sign)).sum() / (ours**2).sum()
+    errors = np.linalg.norm(scale * ours @ turn.T - theirs, axis=1) / np.linalg.norm(theirs, axis=1).max()
+    assert errors.max() < tolerances.FOUND_CENTERS
+    traces = np.einsum("nij,jk,nik->n", expected[:, :3, :3], turn, rotations)
+    assert np.degrees(np.arccos(np.clip((traces - 1) / 2, -1, 1))).max() < tolerances.FOUND_ROTATIONS
+
+
+def test_photographs_become_a_capture_that_is_read(tmp_path):
+    lines = found(photographs(tmp_path / "in"), tmp_path / "out" / "room")
+    assert lines[0].startswith("12 photographs in")
+    assert any(
+        re.search(r"12 of 12 photographs have a pose, with \d+ points and a mean reprojection", line) for line in lines
+    )
+    assert_poses_agree(tmp_path / "out" / "room", WALK)
+    assert list(Captures(folder=str(tmp_path / "out")).scenes()) == ["room"]
+    assert (tmp_path / "out" / "room" / "images" / "some" / "00.png").is_file()
+
+
+def test_a_photograph_of_something_else_is_told(tmp_path):
+    photographs(tmp_path / "in", 8)
+    Image.fromarray(np.full((SIZE[1], SIZE[0], 3), 90, np.uint8)).save(tmp_path / "in" / "some" / "99.png")
+    lines = found(tmp_path / "in", tmp_path / "room")
+    assert any("8 of 9 photographs have a pose" in line for line in lines)
+    assert "without a pose: some/99.png" in lines
+
+
+def test_a_video_becomes_a_capture(tmp_path):
+    write_video(tmp_path / "walk.mp4", [photograph(pose, **LENS) for pose in WALK])
+    lines = found(tmp_path / "walk.mp4", tmp_path / "room", rate=10.0)
+    assert lines[0].startswith("12 frames of")
+    assert_poses_agree(tmp_path / "room", WALK)
+
+
+def test_fewer_frames_a_second_are_taken(tmp_path):
+    write_video(tmp_path / "walk.mp4", [photograph(pose, **LENS) for pose in WALK])
+    assert found(tmp_path / "walk.mp4", tmp_path / "room", rate=5.0)[0].startswith("6 frames of")
+
+
+def flat(folder):
+    """Photographs without texture."""
+    folder.mkdir()
+    for number in range(4):
+        Image.new("RGB", SIZE, (number * 9, 90, 90)).save(folder / f"{number}.png")
+
+
+def damaged(folder):
+    photographs(folder, 4)
+    (folder / "some" / "02.png").write_bytes(b"\x89PNG no")
+
+
+FAULTS = {
+    "no folder": (lambda folder: None, r"in: there is no such folder or video"),
+    "few": (lambda folder: photographs(folder, 2), r"in: holds 2 photographs, fewer than 3; take more"),
+    "empty": (lambda folder: folder.mkdir(), r"in: holds 0 photographs"),
+    "no texture": (flat, r"in: no two of its 4 photographs could be placed; take photographs that overlap"),
+    "damaged": (damaged, r"02\.png: the image is damaged or cut off"),
+    "no video": (lambda folder: folder.write_bytes(bytes(999)), r"in: the video cannot be decoded"),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_fault_is_one_line_and_leaves_nothing(fault, tmp_path):
+    make, message = FAULTS[fault]
+    make(tmp_path / "in")
+    with pytest.raises(UserError, match=message):
+        found(tmp_path / "in", tmp_path / "out")
+    assert {path.name for path in tmp_path.iterdir()} <= {"in"}
+
+
+def test_a_capture_that_is_there_is_kept(tmp_path):
+    (tmp_path / "out").mkdir()
+    with pytest.raises(UserError, match="out: is there already"):
+        found(photographs(tmp_path / "in"), tmp_path / "out")
+
+
+def test_the_comparison_of_poses_sees_a_turned_camera(tmp_path):
+    found(photographs(tmp_path / "in"), tmp_path / "room")
+    turned = WALK.copy()
+    turned[4] = look_at(-WALK[4, :3, :3].T @ WALK[4, :3, 3], np.array([0.5, 0.0, 0.0]), np.array([0.0, -1.0, 0.0]))
+    with pytest.raises(AssertionError):
+        assert_poses_agree(tmp_path / "room", turned)
