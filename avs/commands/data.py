@@ -72,3 +72,16 @@ def pose(
         from avs.datasets.photograph_poses import write_capture
 
         write_capture(source, out, lens=lens, ordered=ordered, rate=rate, tell=console.progress)
+
+
+@of_folders.command()
+def unpack(
+    archive: Annotated[Path, typer.Argument(help="ZIP or tar archive that was downloaded")],
+    folder: Annotated[Path, typer.Argument(help="where its content goes, beside what is there")],
+    sha256: Annotated[str | None, typer.Option(help="of the archive, where its page states it")] = None,
+) -> None:
+    """Unpack an archive inside of a folder: no member leaves it, and nothing that is there is replaced."""
+    with job(None) as console:
+        from avs.system.archives import unpack as run
+
+        console.progress(f"{folder}: {', '.join(run(archive, folder, sha256))}")

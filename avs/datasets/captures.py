@@ -10,13 +10,13 @@ from pydantic import Field
 from avs.datasets.capture_folders import COLMAP, Layout, walk_files
 from avs.datasets.capture_models import choose_model
 from avs.datasets.capture_settings import CaptureSettings
-from avs.datasets.folder_reader import FolderReader
+from avs.datasets.folder_reader import PictureFolderReader
 from avs.datasets.posed_scene import PosedPictures, write_posed
 from avs.scene.colmap import find_model
 from avs.system.errors import UserError
 
 
-class Captures(FolderReader):
+class Captures(PictureFolderReader):
     """Captures in a folder of the user's."""
 
     source: Literal["captures"] = Field(default="captures", description="captures in COLMAP layout")

@@ -54,30 +54,12 @@ class FolderReader(Reader, CaptureSettings):
         return {name: found.left_out.get(name, absent) for name in self.only if name not in found.folders}
 
     @abstractmethod
-    def posed(self) -> PosedPictures:
-        """Return the pictures with cameras and poses; ``self`` is of one scene, and no pixel is read.
-
-        Raises:
-            UserError: a file of the user's is missing or damaged.
-        """
-
-    def prepare(self, dataset: str, folder: Path) -> None:
-        """Write the scene that the pictures make; see ``avs.datasets.posed_scene.write_posed``."""
-        write_posed(self.posed(), folder, self, dataset)
-
     def examine(self) -> str:
-        """Return what is there of a scene, one line, after a look at all of its files that tells of faults early.
+        """Return what is there of a scene, one line, after a look at its files that tells of faults early.
 
         Raises:
             UserError: a file is missing or damaged, as far as that is seen without reading pixels.
         """
-        posed = self.posed()
-        model = posed.model
-        pictures = plan_pictures(posed.root, posed.camera_file, model.cameras, sorted_images(model), self)
-        sizes = sorted({picture.size for picture in pictures})
-        told = " and others" if len(sizes) > 1 else ""
-        width, height = sizes[-1]
-        return f"{len(pictures)} pictures with poses, {width} x {height} pixels in the scene{told}"
 
     def on_background(self, color: Color) -> Self:
         """Return settings with ``color`` behind transparent pixels, unless they name one."""
@@ -99,3 +81,29 @@ class FolderReader(Reader, CaptureSettings):
 
     def _found(self) -> FoundCaptures:
         return find_captures(self.place, self.layout())
+
+
+class PictureFolderReader(FolderReader):
+    """Scenes whose pictures are files in their folders."""
+
+    @abstractmethod
+    def posed(self) -> PosedPictures:
+        """Return the pictures with cameras and poses; ``self`` is of one scene, and no pixel is read.
+
+        Raises:
+            UserError: a file of the user's is missing or damaged.
+        """
+
+    def prepare(self, dataset: str, folder: Path) -> None:
+        """Write the scene that the pictures make; see ``avs.datasets.posed_scene.write_posed``."""
+        write_posed(self.posed(), folder, self, dataset)
+
+    def examine(self) -> str:
+        """Return how many pictures have a pose, and their size, after a look at the header of each."""
+        posed = self.posed()
+        model = posed.model
+        pictures = plan_pictures(posed.root, posed.camera_file, model.cameras, sorted_images(model), self)
+        sizes = sorted({picture.size for picture in pictures})
+        told = " and others" if len(sizes) > 1 else ""
+        width, height = sizes[-1]
+        return f"{len(pictures)} pictures with poses, {width} x {height} pixels in the scene{told}"

@@ -15,7 +15,7 @@ from pydantic import Field
 
 from avs.datasets.capture_folders import Layout, is_folder, key_of_files
 from avs.datasets.capture_pictures import is_image
-from avs.datasets.folder_reader import FolderReader
+from avs.datasets.folder_reader import PictureFolderReader
 from avs.datasets.found_points import triangulated_points
 from avs.datasets.posed_scene import PosedPictures
 from avs.datasets.transforms_file import posed_image
@@ -29,7 +29,7 @@ _FILE = "poses_bounds.npy"
 _COPY = "copy the file again"
 
 
-class Llff(FolderReader):
+class Llff(PictureFolderReader):
     """Captures in LLFF's form in a folder of the user's."""
 
     source: Literal["llff"] = Field(default="llff", description="captures with a poses_bounds.npy")

@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import Field, PositiveInt
 
 from avs.datasets.capture_folders import Layout, is_folder, key_of_files
-from avs.datasets.folder_reader import FolderReader
+from avs.datasets.folder_reader import PictureFolderReader
 from avs.datasets.found_points import triangulated_points
 from avs.datasets.number_lines import TextLine, numbers_of, text_lines
 from avs.datasets.posed_scene import PosedPictures
@@ -32,7 +32,7 @@ TRAINING, EVALUATION = 348, 11
 """Scenes that the paper trains and evaluates on, drawn at random from the 460 with poses; it does not list them."""
 
 
-class MapFree(FolderReader):
+class MapFree(PictureFolderReader):
     """Scenes of Map-Free Relocalisation in a folder of the user's."""
 
     source: Literal["map_free"] = Field(default="map_free", description="Map-Free Relocalisation")

@@ -13,7 +13,7 @@ from pydantic import Field, PositiveInt
 from avs.datasets.capture_folders import COLMAP, Layout, walk_files
 from avs.datasets.capture_pictures import is_image
 from avs.datasets.captures import posed_capture
-from avs.datasets.folder_reader import FolderReader
+from avs.datasets.folder_reader import PictureFolderReader
 from avs.datasets.posed_scene import PosedPictures
 from avs.scene.images import read_header
 from avs.system.errors import UserError
@@ -21,7 +21,7 @@ from avs.system.errors import UserError
 SCENES = ("bicycle", "bonsai", "counter", "flowers", "garden", "kitchen", "room", "stump", "treehill")
 
 
-class MipNerf360(FolderReader):
+class MipNerf360(PictureFolderReader):
     """The captures of Mip-NeRF360 in a folder of the user's."""
 
     source: Literal["mipnerf360"] = Field(default="mipnerf360", description="Mip-NeRF360")

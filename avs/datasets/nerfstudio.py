@@ -10,7 +10,7 @@ from pydantic import Field
 
 from avs.datasets.camera_axes import showing, triangulating
 from avs.datasets.capture_folders import Layout, is_folder, key_of_files
-from avs.datasets.folder_reader import FolderReader
+from avs.datasets.folder_reader import PictureFolderReader
 from avs.datasets.posed_scene import PosedPictures
 from avs.datasets.stored_points import read_ply
 from avs.datasets.transforms_file import Axes, PixelCenters, Transforms, model_of, read_transforms
@@ -21,7 +21,7 @@ FILES = ("transforms.json", "camera-rgb-rectified-*/transforms.json", "camera-rg
 """Where the file of cameras lies in a scene's folder, the preferred place first."""
 
 
-class TransformsReader(FolderReader):
+class TransformsReader(PictureFolderReader):
     """Captures with a file of cameras in nerfstudio's form."""
 
     folder: str = Field(description="folder of the captures' folders, or that of one capture")

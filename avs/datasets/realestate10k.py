@@ -85,10 +85,6 @@ class RealEstate10K(FolderReader):
         with temporary_folder("avs-frames-") as frames:
             write_posed(self._extracted(frames), folder, self, dataset)
 
-    def posed(self) -> PosedPictures:
-        """Refuse: pictures lie in a video until the scene is prepared."""
-        raise NotImplementedError
-
     def examine(self) -> str:
         """Return how many frames the text names; that the video is there is all that is looked at."""
         told = read_posed_frames(self.place)

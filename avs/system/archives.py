@@ -1,0 +1,109 @@
+"""Archives from outside, unpacked inside of one folder and nowhere else, whole or not at all."""
+
+from __future__ import annotations
+
+import lzma
+import os
+import shutil
+import tarfile
+import zipfile
+import zlib
+from collections.abc import Iterator
+from contextlib import AbstractContextManager
+from pathlib import Path, PurePosixPath
+from typing import IO, cast
+
+from avs.system.errors import UserError
+from avs.system.files import atomic_folder, file_hash
+
+_COPY = "get the archive again"
+_TRUST = "do not use it: no archive of a data set has such a member"
+_LINK = 0o120000
+_KIND = 0o170000
+
+
+def unpack(archive: Path, folder: Path, sha256: str | None = None) -> list[str]:
+    """Unpack a ZIP or tar archive into ``folder``, beside what is there, and return the names of what is new in it.
+
+    Nothing in ``folder`` is replaced. Every member is checked by the archive's own checksum, where it has one.
+
+    Args:
+        archive: the file.
+        folder: is made if need be.
+        sha256: of the file, in hexadecimal, if it is known.
+
+    Raises:
+        UserError: the archive is missing, damaged or none, or another than ``sha256`` says; a member would leave the
+            folder, or is a link or a device; there is no room for it; or something of its name is there.
+    """
+    if not archive.is_file():
+        raise UserError(archive, "there is no such archive", "give the file that was downloaded")
+    if sha256 is not None and file_hash(archive) != sha256.lower():
+        raise UserError(archive, "has another SHA-256 than the one given", _COPY)
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        with atomic_folder(folder / f"{archive.name}.unpacked") as temporary:
+            for name, size, stream in _members(archive, folder):
+                target = temporary / name
+                target.parent.mkdir(parents=True, exist_ok=True)
+                with stream as source, open(target, "xb") as sink:
+                    shutil.copyfileobj(source, sink)
+                if target.stat().st_size != size:
+                    raise UserError(archive, f"{name} is cut off", _COPY)
+    except (zipfile.BadZipFile, tarfile.TarError, zlib.error, lzma.LZMAError, EOFError) as error:
+        told = " ".join(str(error).split())
+        raise UserError(archive, f"is damaged or cut off ({told})", _COPY) from error
+    except FileExistsError as error:
+        raise UserError(archive, "has a member twice", _COPY) from error
+    return _moved(archive, folder / f"{archive.name}.unpacked", folder)
+
+
+def _members(archive: Path, folder: Path) -> Iterator[tuple[PurePosixPath, int, AbstractContextManager[IO[bytes]]]]:
+    """Yield path, size and content of each file in the archive, after a look at all of them."""
+    if zipfile.is_zipfile(archive):
+        with zipfile.ZipFile(archive) as zipped:
+            entries = [entry for entry in zipped.infolist() if not entry.is_dir()]
+            for entry in entries:
+                linked = entry.external_attr >> 16 & _KIND == _LINK
+                _check(archive, entry.filename, not linked)
+            _check_room(archive, folder, sum(entry.file_size for entry in entries))
+            for entry in entries:
+                yield PurePosixPath(entry.filename), entry.file_size, zipped.open(entry)
+        return
+    if not tarfile.is_tarfile(archive):
+        raise UserError(archive, "is no ZIP or tar archive, or is cut off", _COPY)
+    with tarfile.open(archive) as tarred:
+        members = [member for member in tarred.getmembers() if not member.isdir()]
+        for member in members:
+            _check(archive, member.name, member.isreg())
+        _check_room(archive, folder, sum(member.size for member in members))
+        for member in members:
+            yield PurePosixPath(member.name), member.size, cast(IO[bytes], tarred.extractfile(member))
+
+
+def _check(archive: Path, name: str, is_file: bool) -> None:
+    path = PurePosixPath(name.replace("\\", "/"))
+    if path.is_absolute() or ".." in path.parts or not path.parts or ":" in path.parts[0] or "\0" in name:
+        raise UserError(archive, f"its member {name} would leave the folder", _TRUST)
+    if not is_file:
+        raise UserError(archive, f"its member {name} is a link or a device", _TRUST)
+
+
+def _check_room(archive: Path, folder: Path, size: int) -> None:
+    free = shutil.disk_usage(folder).free
+    if size > free:
+        fault = f"needs {size / 1e9:.1f} GB, but {free / 1e9:.1f} GB are free in {folder}"
+        raise UserError(archive, fault, "free some space, or choose another folder")
+
+
+def _moved(archive: Path, unpacked: Path, folder: Path) -> list[str]:
+    """Move what was unpacked into ``folder``, unless something of one of the names is there."""
+    names = sorted(path.name for path in unpacked.iterdir())
+    there = [name for name in names if (folder / name).exists()]
+    if there:
+        shutil.rmtree(unpacked)
+        raise UserError(folder / there[0], f"is there already, and {archive.name} holds it", "take it away first")
+    for name in names:
+        os.replace(unpacked / name, folder / name)
+    unpacked.rmdir()
+    return names
