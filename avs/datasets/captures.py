@@ -14,15 +14,17 @@ import numpy as np
 from pydantic import Field
 
 from avs.datasets.capture_consistency import consistency_notes, unseen_notes
+from avs.datasets.capture_depths import check_depths
 from avs.datasets.capture_folders import capture_files, find_captures, photographs_key
 from avs.datasets.capture_models import ChosenModel, choose_model
 from avs.datasets.capture_pictures import Picture, picture_notes, plan_pictures, unique_names
-from avs.datasets.capture_repeats import repeat_notes, repeated, without
+from avs.datasets.capture_repeats import Repeats, find_repeats, repeat_notes, without
 from avs.datasets.capture_settings import CaptureSettings
 from avs.datasets.reader import Reader
 from avs.scene.cameras import Cameras, IndexArray
 from avs.scene.colmap import NO_POINT, Model, find_model
 from avs.scene.colmap.conversion import cameras_of, points_of, sorted_images
+from avs.scene.images import Pixels, read_image
 from avs.scene.pixel_forms import Color
 from avs.scene.points import Points
 from avs.scene.scene import write_scene
@@ -85,19 +87,19 @@ def prepare(source: Path, folder: Path, settings: CaptureSettings, dataset: str 
     """
     source, folder = Path(source), Path(folder)
     chosen = choose_model(source)
-    hashes = _write(source, folder, settings, dataset, chosen, {})
-    repeats = repeated(hashes)
-    if repeats:  # rare, so that a second writing costs less than a look at all pixels before
+    repeats = _write(source, folder, settings, dataset, chosen, Repeats())
+    if repeats.names:  # rare, so that a second writing costs less than a look at all pixels before
         _write(source, folder, settings, dataset, chosen, repeats)
 
 
 def _write(
-    source: Path, folder: Path, settings: CaptureSettings, dataset: str, chosen: ChosenModel, repeats: dict[str, str]
-) -> dict[str, str]:
-    """Write the scene without the images that ``repeats`` names; return the hash of each one's pixels by its name."""
-    model = without(chosen.model, repeats)
+    source: Path, folder: Path, settings: CaptureSettings, dataset: str, chosen: ChosenModel, repeats: Repeats
+) -> Repeats:
+    """Write the scene without the images that ``repeats`` names; return those that are others once more."""
+    model = without(chosen.model, repeats.names)
     images = sorted_images(model)
     pictures = plan_pictures(source, find_model(chosen.folder)[0], model.cameras, images, settings)
+    check_depths(source, pictures)
     cameras = _cameras(model, pictures)
     observed = points_of(model)
     points = _visible(observed, cameras)
@@ -118,13 +120,18 @@ def _write(
         notes=[
             *chosen.notes,
             *repeat_notes(repeats),
-            *picture_notes(source, pictures, settings, len(repeats)),
+            *picture_notes(source, pictures, settings, len(repeats.names)),
             *consistency_notes(model),
             *unseen_notes(names, observed, points),
             *_notes(model, points),
         ],
+        cut_out=[name for name, picture in zip(names, pictures, strict=True) if picture.header.transparent],
     )
-    return {image.name: hashes[name] for image, name in zip(images, names, strict=True)}
+
+    def read(index: int) -> Pixels:
+        return read_image(folder / "images" / names[index])
+
+    return find_repeats([image.name for image in images], [hashes[name] for name in names], cameras, read)
 
 
 def _cameras(model: Model, pictures: list[Picture]) -> Cameras:
