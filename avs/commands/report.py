@@ -27,7 +27,8 @@ def nvs_table(episodes: Episodes, dataset: Dataset, settings: SettingsFile, out:
 
         told = read_settings(settings, TableJob)
         published = None if told.published is None else Path(told.published)
-        write_nvs_table(episodes, told.methods, dataset, published, out, told.absent, told.reference, told.left_out)
+        beside = (told.absent, told.reference, told.left_out, told.pictures)
+        write_nvs_table(episodes, told.methods, dataset, published, out, *beside)
 
 
 @commands.command("ranking_table")

@@ -19,9 +19,9 @@ Records = Annotated[list[Path] | None, typer.Option(help="coverage.json of an ep
 @commands.command("stereo_kernels")
 def stereo_kernels(log: Log = None) -> None:
     """Compile the kernels of dense stereo, so that no job of coverage has to."""
-    from avs.sfm.stereo_compilation import compile_stereo
-
     with job(log):
+        from avs.sfm.stereo_compilation import compile_stereo
+
         compile_stereo()
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, cast
 
 from pydantic import Field, ValidationError, field_validator, model_validator
 
-from avs.config.configuration_faults import readable
+from avs.config.configuration_faults import check_numbers, readable
 from avs.config.distortion_config import DistortionConfig
 from avs.config.sensitivity_settings import SensitivitySettings, laid_over
 from avs.coverage.coverage_settings import CoverageSettings
@@ -150,6 +150,7 @@ def load(values: dict[str, Any], programs: Collection[str] = ()) -> Config:
         config = Config.model_validate(values)
     except ValidationError as error:
         raise readable(error, Config) from None
+    check_numbers(values, config)
     _check_reference(config)
     for identifier in programs:
         registry.check_identifier(identifier, "workflows/baselines")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import itertools
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
@@ -43,6 +43,28 @@ def readable(error: ValidationError, model: type[BaseModel], *parents: str) -> U
         near = max(places, key=lambda place: (_shared(place, keys), -len(place)))
         return UserError(subject, "is no key of this section", f"write it as {'.'.join(near)}")
     return UserError(subject, *_unknown(word, "key", _all_keys(model)))
+
+
+def check_numbers(values: object, checked: object, *keys: str) -> None:
+    """Refuse true and false where a number is meant: they would count as 1 and 0.
+
+    Args:
+        values: a part of the configuration, as it was read.
+        checked: the same part, typed.
+        keys: the keys above it.
+
+    Raises:
+        UserError: names the first such value.
+    """
+    if isinstance(values, bool) and isinstance(checked, int | float) and not isinstance(checked, bool):
+        raise UserError(f"configuration: {'.'.join(keys)}", "must be a number, not true or false", "correct the value")
+    if isinstance(values, Mapping):
+        typed = dict(checked) if isinstance(checked, BaseModel | Mapping) else {}
+        for key, value in values.items():
+            check_numbers(value, typed.get(key), *keys, str(key))
+    elif isinstance(values, list | tuple) and isinstance(checked, list | tuple):
+        for index, (value, each) in enumerate(zip(values, checked, strict=False)):
+            check_numbers(value, each, *keys, str(index))
 
 
 def _places(word: str, schema: dict[str, Any]) -> list[tuple[str, ...]]:

@@ -16,12 +16,13 @@ from avs.config.method_weights import absent_methods, choosing_elsewhere, scorin
 from avs.config.scenes import scenes_in
 from avs.config.studied import studied_methods
 from avs.coverage.coverage_settings import CoverageJob, CoverageSettings, ReferenceJob
+from avs.datasets.folder_reader import FolderReader
 from avs.iqa.cross_reference.scorer_settings import RenderJob, RenderSettings, ScorerSettings
 from avs.iqa.no_reference.niqe_settings import FitSettings
 from avs.nvs.common_states_settings import CommonStatesJob, CommonStatesSettings, ScoredMethodSettings
 from avs.nvs.episode_settings import EpisodeSettings
 from avs.nvs.timing_settings import RuntimeSettings, StateSettings, TimingSettings
-from avs.report.published import COVERAGE_NAME, published_name
+from avs.report.published import COVERAGE_NAME, PICTURES, published_name
 from avs.representations.needed_points import NeededPoints
 from avs.scene.images import BLACK
 from avs.selection import registry
@@ -73,6 +74,7 @@ class TableJob(RowsJob):
     published: str | None = Field(description="file of the published values to print beside its own")
     reference: str | None = Field(description="identifier of the method that the others are compared with")
     left_out: dict[str, Reason] = Field(description="why something that looks like a scene is none, by its name")
+    pictures: dict[str, Any] = Field(description="settings of the size of images and of the split, empty if not known")
 
 
 class CoverageTableJob(RowsJob):
@@ -164,8 +166,15 @@ def _nvs_table(config: Config, dataset: str) -> TableJob:
     published = None if name is None else f"results/published/{name}"
     reference, absent = config.report.reference, absent_methods(config)
     left_out = dict(config.datasets[dataset].left_out())
+    reader = config.datasets[dataset]
+    pictures = reader.model_dump(include=set(PICTURES)) if isinstance(reader, FolderReader) else {}
     return TableJob(
-        **_records(config, dataset), absent=absent, published=published, reference=reference, left_out=left_out
+        **_records(config, dataset),
+        absent=absent,
+        published=published,
+        reference=reference,
+        left_out=left_out,
+        pictures=pictures,
     )
 
 

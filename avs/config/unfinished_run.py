@@ -132,6 +132,7 @@ def _table(plan: RunPlan, dataset: str) -> WantedTable:
         ),
         published=None if settings.published is None else Path(settings.published),
         left_out=settings.left_out,
+        pictures=settings.pictures,
         states=() if plan.config.common_states is None else tuple(_states(plan, dataset)),
         unscored=_unscored(plan),
     )

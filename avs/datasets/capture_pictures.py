@@ -126,7 +126,7 @@ def picture_notes(
     red, green, blue = settings.background or BLACK
     for done, count in {
         "undistorted": sum(pinhole(picture.camera) is None for picture in pictures),
-        f"composited on the background ({red:g}, {green:g}, {blue:g}), since they have transparency": sum(
+        f"composited on the background ({red:g}, {green:g}, {blue:g}) where they are transparent": sum(
             picture.header.transparent for picture in pictures
         ),
         "read with their first frame or page alone": sum(picture.header.frames for picture in pictures),

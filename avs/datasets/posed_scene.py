@@ -13,13 +13,14 @@ from pathlib import Path
 import numpy as np
 
 from avs.datasets.capture_consistency import consistency_notes, unseen_notes
+from avs.datasets.capture_depths import check_depths
 from avs.datasets.capture_pictures import Picture, picture_notes, plan_pictures, unique_names
-from avs.datasets.capture_repeats import repeat_notes, repeated, without
+from avs.datasets.capture_repeats import Repeats, find_repeats, repeat_notes, without
 from avs.datasets.capture_settings import CaptureSettings
 from avs.scene.cameras import Cameras, IndexArray
 from avs.scene.colmap import NO_POINT, Model
 from avs.scene.colmap.conversion import cameras_of, points_of, sorted_images
-from avs.scene.images import read_image
+from avs.scene.images import Pixels, read_image
 from avs.scene.points import Points
 from avs.scene.scene import write_scene
 from avs.scene.views import Views
@@ -62,19 +63,17 @@ def write_posed(posed: PosedPictures, folder: Path, settings: CaptureSettings, d
     Raises:
         UserError: an image is missing or damaged, or images and cameras contradict one another.
     """
-    hashes = _write(posed, folder, settings, dataset, {})
-    repeats = repeated(hashes)
-    if repeats:  # rare, so that a second writing costs less than a look at all pixels before
+    repeats = _write(posed, folder, settings, dataset, Repeats())
+    if repeats.names:  # rare, so that a second writing costs less than a look at all pixels before
         _write(posed, folder, settings, dataset, repeats)
 
 
-def _write(
-    posed: PosedPictures, folder: Path, settings: CaptureSettings, dataset: str, repeats: dict[str, str]
-) -> dict[str, str]:
-    """Write the scene without the images that ``repeats`` names; return the hash of each one's pixels by its name."""
-    model = without(posed.model, repeats)
+def _write(posed: PosedPictures, folder: Path, settings: CaptureSettings, dataset: str, repeats: Repeats) -> Repeats:
+    """Write the scene without the images that ``repeats`` names; return those that are others once more."""
+    model = without(posed.model, repeats.names)
     images = sorted_images(model)
     pictures = plan_pictures(posed.root, posed.camera_file, model.cameras, images, settings)
+    check_depths(posed.root, pictures)
     cameras = _cameras(model, pictures)
     names = unique_names(pictures)
     points, notes = _points(posed, model, names, pictures, cameras, settings)
@@ -94,11 +93,16 @@ def _write(
         notes=[
             *posed.notes,
             *repeat_notes(repeats),
-            *picture_notes(posed.listed, pictures, settings, len(repeats)),
+            *picture_notes(posed.listed, pictures, settings, len(repeats.names)),
             *notes,
         ],
+        cut_out=[name for name, picture in zip(names, pictures, strict=True) if picture.header.transparent],
     )
-    return {image.name: hashes[name] for image, name in zip(images, names, strict=True)}
+
+    def read(index: int) -> Pixels:
+        return read_image(folder / "images" / names[index])
+
+    return find_repeats([image.name for image in images], [hashes[name] for name in names], cameras, read)
 
 
 def _cameras(model: Model, pictures: list[Picture]) -> Cameras:

@@ -103,7 +103,7 @@ def replay_episode(
         UserError: the record is damaged, belongs to another scene, or selects a view that is not a candidate.
     """
     check_device(device)
-    recorded = read_record(episode, Episode, edited=True)
+    recorded = read_record(episode, Episode, "name the episode.json of a run, or a copy with other views", edited=True)
     scene = read_scene(scene_folder)
     if scene.content_hash != recorded.scene_hash:
         raise UserError(episode, f"was recorded on another scene than {scene_folder}", "pass the scene it was run on")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -124,21 +125,29 @@ def image_mean(point: CurvePoint, metric: str) -> float | None:
     return None if any(value is None for value in values) else float(np.mean(values))
 
 
-def differing_settings(episodes: Episodes) -> dict[str, list[tuple[str, str, str]]]:
+def common_protocol(episodes: Episodes) -> dict[str, Any]:
+    """Return the settings of the loop of a method that follows those of the run, or of any if none does."""
+    found = [episode for episode in episodes.all if episode.group != OWN_SCHEDULE]
+    return (found or episodes.all)[0].protocol
+
+
+def differing_settings(episodes: Episodes) -> dict[str, list[tuple[str, str, str | None]]]:
     """Return by method the settings of the loop that it has for itself: the name, its value, and the common one.
 
-    Methods without any are left out.
+    Methods without any are left out. Where each has its own and none is had by most, the common one is None, and each
+    method is named: the records do not tell what the run's is.
     """
-    found: dict[str, list[tuple[str, str, str]]] = {}
+    found: dict[str, list[tuple[str, str, str | None]]] = {}
     firsts = {method: next(iter(cells.values())) for method, cells in episodes.cells.items() if cells}
     elsewhere = {method for method, episode in firsts.items() if episode.group == OWN_SCHEDULE}
     for key in OWN_SETTINGS:
         values = {method: episode.protocol.get(key) for method, episode in firsts.items()}
         common = [values[method] for method in values if method not in elsewhere] or list(values.values())
         usual = max(common, key=common.count)
+        told = len(elsewhere) < len(values) or 2 * common.count(usual) > len(common)
         for method, value in values.items():
-            if value != usual:
-                found.setdefault(method, []).append((key, _plain(value), _plain(usual)))
+            if value != usual or not told:
+                found.setdefault(method, []).append((key, _plain(value), _plain(usual) if told else None))
     return {method: found[method] for method in episodes.cells if method in found}
 
 

@@ -92,6 +92,7 @@ class WantedTable:
         states: what the second is made from; none if the run leaves it out.
         unscored: why a method has no scores in it, by identifier.
         left_out: why something that looks like a scene is none, by its name.
+        pictures: settings of the size of images and of the split, as far as they are known.
     """
 
     dataset: str
@@ -100,6 +101,7 @@ class WantedTable:
     states: tuple[WantedStates, ...] = ()
     unscored: Mapping[str, Reason] = field(default_factory=dict)
     left_out: Mapping[str, Reason] = field(default_factory=dict)
+    pictures: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -183,7 +185,7 @@ def incomplete_documents(run: UnfinishedRun) -> tuple[dict[str, Document], list[
     for table in run.tables:
         with _left_out_into(lines):
             episodes = existing_episodes(table, run.methods)
-            beside = (table.published, run.absent, run.reference, table.left_out)
+            beside = (table.published, run.absent, run.reference, table.left_out, table.pictures)
             documents[f"{_NVS}{table.dataset}"] = view_synthesis(episodes, run.methods, *beside)
             collected[table.dataset] = episodes
         if table.states:
@@ -235,8 +237,7 @@ def _sensitivity(wanted: WantedSensitivity, absent: Mapping[str, Reason]) -> Doc
     found = {name: _existing(each, wanted.dataset, wanted.methods) for name, each in wanted.settings.items()}
     if not any(episodes.cells for episodes in found.values()):
         raise UserError(f"sensitivity of {wanted.dataset}", "no episode yet", "go on with the run")
-    varied = {name: episodes for name, episodes in found.items() if name != BASE}
-    return setting_sensitivity(found[BASE], varied, wanted.methods, absent)
+    return setting_sensitivity(found.pop(BASE), found, wanted.methods, absent)
 
 
 def _ranking(table: WantedTable, methods: Sequence[str]) -> Document:

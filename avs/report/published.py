@@ -37,7 +37,21 @@ SCENES = {
 COVERAGE_NAME = "coverage_realestate10k.csv"
 """The file of the paper's coverage, which it prints of one data set alone."""
 
-_PROTOCOL = {"initial_views": 4, "budget": 20, "iterations": 30_000}  # what the paper says of its loop
+_BUDGET = 20
+
+# What the paper says of its loop, and the iterations that FisherRF adds views at, which it follows.
+_PROTOCOL = {
+    "initial_views": 4,
+    "budget": _BUDGET,
+    "iterations": 30_000,
+    "views_per_step": 1,
+    "additions": [400, 900, 1500, 2200, 3000, 3900, 4900, 6000, 7200, 8500, 9900, 11400, 13000, 14700, 16500, 18400],
+}
+
+_PICTURES = {"test_every": 8, "long_side": 1600, "short_side": None}  # 1066 x 1600 pixels; LLFF's test images
+
+PICTURES = frozenset(_PICTURES)
+"""The settings of captures on which it depends whether the paper's values can be subtracted."""
 
 _COLUMNS = ["table", "dataset", "scene", "method", "metric", "value"]
 
@@ -90,7 +104,12 @@ def read_published(path: Path, scene: str = "mean") -> Published:
 
 
 def why_no_difference(
-    source: str, dataset: str, scenes: Collection[str], protocol: Mapping[str, Any], budgets: Collection[int]
+    source: str,
+    dataset: str,
+    scenes: Collection[str],
+    protocol: Mapping[str, Any],
+    budgets: Collection[int],
+    pictures: Mapping[str, Any],
 ) -> str | None:
     """Return why the paper's means stand beside a table for orientation alone, or None if they can be subtracted.
 
@@ -100,6 +119,7 @@ def why_no_difference(
         scenes: names of its scenes.
         protocol: its settings of the loop.
         budgets: numbers of views at the end.
+        pictures: its settings of the size of images and of the split; one that is not there is not known.
     """
     if STAND_INS.get(dataset) == source:
         return f"{dataset} has other scenes, with the same kind of camera path"
@@ -109,12 +129,27 @@ def why_no_difference(
         return "the paper does not name the scenes of its mean"
     if set(scenes) != SCENES[source]:
         return f"its mean is over {', '.join(sorted(SCENES[source]))}"
-    differing = [key for key, value in _PROTOCOL.items() if protocol.get(key) != value]
+    differing = [*_differing(_PROTOCOL, protocol), *_differing(_PICTURES, pictures)]
     if differing:
-        return ", ".join(f"{key} {protocol.get(key)} in place of {_PROTOCOL[key]}" for key in differing)
-    if set(budgets) != {_PROTOCOL["budget"]}:
+        return ", ".join(differing)
+    if set(budgets) != {_BUDGET}:
         return "the pool of a scene is too small for its budget"
     return None
+
+
+def _differing(wanted: Mapping[str, Any], settings: Mapping[str, Any]) -> list[str]:
+    """Return words for each setting that is not the paper's."""
+    unknown = object()
+    lines = []
+    for key, value in wanted.items():
+        found = settings.get(key, unknown)
+        if found is unknown:
+            lines.append(f"{key} is not known")
+        elif isinstance(value, list):
+            lines += [] if list(found) == value else [f"{key} at other iterations"]
+        elif found != value:
+            lines.append(f"{key} {'null' if found is None else found} in place of {'null' if value is None else value}")
+    return lines
 
 
 def published_note(source: str, why_not: str | None) -> str:
@@ -126,5 +161,5 @@ def published_note(source: str, why_not: str | None) -> str:
     """
     told = f"published: the paper's means on {PRINTED_NAMES.get(source, source)}, one run without a spread"
     if why_not is None:
-        return f"{told}; the difference is of the unrounded mean and supposes images of 1600 pixels, as the paper's"
+        return f"{told}; the difference is of the unrounded mean and supposes photographs of 1600 pixels or more"
     return f"{told}, for orientation alone: {why_not}, so that no difference is printed"

@@ -38,6 +38,7 @@ class Header:
         orientation: of EXIF, 1 to 8; 1 where there is none.
         odd: whether EXIF has an orientation that makes no sense, which counts as 1.
         form: name of the file format, such as ``JPEG``.
+        deep: whether its channels have 16 bits.
         plain: whether any program reads the same 8-bit sRGB values from it.
         transparent: whether it has an alpha channel or a transparent colour.
         frames: whether other frames or pages follow the first one, which is used.
@@ -48,6 +49,7 @@ class Header:
     orientation: int
     odd: bool
     form: str
+    deep: bool
     plain: bool
     transparent: bool
     frames: bool
@@ -67,12 +69,14 @@ def read_header(path: Path) -> Header:
         transparent = image.mode in ("LA", "La", "PA", "RGBA", "RGBa") or "transparency" in image.info
         frames = form != "MPO" and bool(getattr(image, "is_animated", False))
         tiles = getattr(image, "tile", [])  # how the file's pixels are packed, such as "RGB;16B"
-        eight_bit = image.mode in ("L", "RGB") and all(";16" not in str(tile.args) for tile in tiles)
+        deep = image.mode.startswith("I;16") or any(";16" in str(tile.args) for tile in tiles)
+        eight_bit = image.mode in ("L", "RGB") and not deep
         return Header(
             size=_stored_size(image, orientation),
             orientation=orientation,
             odd=stated is None,
             form=form,
+            deep=deep,
             plain=eight_bit and not transparent and not frames and orientation == _UPRIGHT,
             transparent=transparent,
             frames=frames,

@@ -8,7 +8,7 @@ axis) and ``mesh.ply``. Everything in it has the scene's own unit and origin (``
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
@@ -21,7 +21,7 @@ from avs.scene.colmap.conversion import as_model, cameras_of, points_of, sorted_
 from avs.scene.images import Pixels, pixel_hash, read_image, store_image
 from avs.scene.mesh import write_moved_mesh
 from avs.scene.normalisation import EXTENT, normalisation, stray_note
-from avs.scene.photograph_agreement import disagreement_note
+from avs.scene.photograph_agreement import disagreement_notes
 from avs.scene.point_colors import colored
 from avs.scene.points import Points
 from avs.scene.scene_file import REMEDY, SceneFile, read_scene_file
@@ -111,6 +111,7 @@ def write_scene(
     depth: Iterable[npt.NDArray[np.float32]] | None = None,
     mesh: Path | None = None,
     notes: Sequence[str] = (),
+    cut_out: Collection[str] = (),
 ) -> dict[str, str]:
     """Write a scene, whole or not at all; equal content gives equal bytes.
 
@@ -132,6 +133,7 @@ def write_scene(
         depth: n arrays ``[height, width]`` float32 along the optical axis, 0 where nothing is; or None.
         mesh: a PLY file; or None.
         notes: lines for ``scene.json``.
+        cut_out: names of the images that are known to be masked, since their files have transparency.
 
     Returns:
         The SHA-256 of each image's size and pixels, by name.
@@ -153,9 +155,9 @@ def write_scene(
         def read(index: int) -> Pixels:
             return read_image(temporary / "images" / names[index])
 
-        found = [disagreement_note(names, points, cameras, read)]
+        found = disagreement_notes(names, points, cameras, read, cut_out)
         points, note = colored(points, cameras, pool, read)
-        told += filter(None, [*found, note])
+        told += [*found, *filter(None, [note])]
         write_model(temporary / "sparse" / "0", as_model(names, cameras, points))
         if depth is not None:
             _write_depth(temporary / "depth", names, depth, to_capture.scale)

@@ -48,10 +48,13 @@ def why_missing(logs: Iterable[Path]) -> str:
     cut = next((log for log in others if log.exists() and not has_ended(log)), None)
     if cut is None:
         return "its job has not run"
-    return f"a job that it waits for did not end; {cut} ends with: {_last_line(cut)}"
+    last = _last_line(cut)
+    if last is None:
+        return f"a job that it waits for printed nothing to {cut}: if it did not start, Snakemake has told why above"
+    return f"a job that it waits for did not end; {cut} ends with: {last}"
 
 
-def _last_line(log: Path) -> str:
-    """Return what a job printed last, a program's words of its failure, or that it printed nothing."""
+def _last_line(log: Path) -> str | None:
+    """Return what a job printed last, a program's words of its failure, or None if it printed nothing."""
     lines = [line.strip() for line in log.read_text(encoding="utf-8", errors="replace").splitlines()]
-    return next((line for line in reversed(lines) if line), "it printed nothing")[:_LONGEST]
+    return next((line[:_LONGEST] for line in reversed(lines) if line), None)

@@ -7,6 +7,7 @@ import ctypes
 import os
 import shutil
 import signal
+import stat
 import sys
 import traceback
 from collections.abc import Iterator
@@ -19,6 +20,8 @@ from avs.system.ledger import write_ledger
 from avs.system.loaded_sources import check_loaded
 
 _PR_SET_PDEATHSIG = 1
+
+_READER_GONE = 141  # as shells have it: 128 and the number of the signal PIPE
 
 # What this process was told of the files that its job reads and that no job makes: a stamp, and a list of the code.
 _made_of: list[str] = []
@@ -99,8 +102,12 @@ def job(log: Path | None) -> Iterator[Console]:
         _end(error, aside)
     finally:
         console.close()
-        with contextlib.suppress(OSError):
+        try:
             sys.stdout.flush()
+        except BrokenPipeError:
+            _print_to_nobody()
+        except OSError:
+            pass
 
 
 @contextlib.contextmanager
@@ -120,6 +127,9 @@ def guard() -> Iterator[None]:
 
 def _end(error: BaseException, terminal: int | None) -> NoReturn:
     """End the process for ``error``: the traceback, if it helps, then the line, which the terminal gets alone."""
+    if isinstance(error, BrokenPipeError) and stat.S_ISFIFO(os.fstat(1).st_mode):
+        _print_to_nobody()
+        sys.exit(_READER_GONE)
     end = ending(error)
     line = f"error: {end.line}"
     with contextlib.suppress(OSError):  # the disk of the log may be the one that is full
@@ -131,6 +141,13 @@ def _end(error: BaseException, terminal: int | None) -> NoReturn:
         with contextlib.suppress(OSError):  # its reader may be gone
             os.write(terminal, f"{line}\n".encode())
     sys.exit(end.status)
+
+
+def _print_to_nobody() -> None:
+    """Let what is still to be printed go nowhere: its reader, such as ``head``, has had enough, which is no fault."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    os.close(nowhere)
 
 
 def _print_to(log: Path) -> None:

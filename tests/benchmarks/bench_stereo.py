@@ -6,7 +6,7 @@ same ones. OpenCV compares by Birchfield and Tomasi's measure and block sums, an
 compares by normalised cross-correlation and smooths along four. PatchMatch, which OpenCV does not have, stands by
 itself: million pixel x plane x view a second, a plane for each hypothesis.
 
-Times are of the process's CPU on one thread, medians over interleaved rounds; compare columns of one run only. The mean
+Times are of the process's CPU on one thread, in interleaved rounds, and ratios are of times of one round. The mean
 error in pixels tells whether both did the work.
 """
 
@@ -35,8 +35,8 @@ from avs.system.provenance import machine  # noqa: E402
 
 PLANES = 64
 SIZES = ((132, 176), (240, 320), (360, 480))
-HYPOTHESES = 7
-"""Planes that PatchMatch tries at a pixel in one visit: four of neighbours, three of its own."""
+HYPOTHESES = 8
+"""Planes that PatchMatch compares at a pixel in one visit: its own, four of neighbours, three of random changes."""
 
 
 def rectified_pair(height, width, seed=0):
@@ -97,33 +97,46 @@ def timed(function, *arguments):
     return time.process_time() - start, result
 
 
+def spread(values):
+    """Return the median and the quartiles as text."""
+    low, middle, high = np.percentile(values, [25, 50, 75])
+    return f"{middle:.3f} [{low:.3f}-{high:.3f}]"
+
+
+def measured(height, width, rounds):
+    """Return a line of one size of pictures."""
+    left, right, truth = rectified_pair(height, width)
+    times = {"sweep": [], "opencv": [], "patch": []}
+    for _ in range(rounds + 1):  # the first one compiles
+        spent, ours = timed(swept, left, right)
+        times["sweep"].append(spent)
+        spent, theirs = timed(by_opencv, left, right)
+        times["opencv"].append(spent)
+        spent, finer = timed(visited, left, right, np.maximum(ours, 1))
+        times["patch"].append(spent)
+    work = {"sweep": PLANES, "opencv": PLANES, "patch": HYPOTHESES}
+    rates = {name: height * width * work[name] / np.array(spent[1:]) / 1e6 for name, spent in times.items()}
+    inside = np.s_[8:-8, PLANES:-8]
+    known = theirs[inside] >= 0
+    errors = [np.abs(one[inside] - truth[inside])[known].mean() for one in (ours, finer, theirs)]
+    middle = [np.median(rates[name]) for name in ("sweep", "patch", "opencv")]
+    ratios = [spread(rates[name] / rates["opencv"]) for name in ("sweep", "patch")]
+    return (
+        f"{width}x{height}  {middle[0]:6.0f} {middle[1]:7.1f} {middle[2]:6.0f}  {ratios[0]:>20}  {ratios[1]:>20}"
+        f"  {errors[0]:.3f} {errors[1]:.3f} {errors[2]:.3f}"
+    )
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=7)
     rounds = parser.parse_args().rounds
     cv2.setNumThreads(1)
     print(machine("cpu")["processor"])
-    print("size      sweep  OpenCV  ratio  PatchMatch  error: sweep  PatchMatch  OpenCV (pixels)")
+    print("size     million a second       ratio to OpenCV, median and quartiles    error in pixels")
+    print("           sweep   patch OpenCV                 sweep                 patch  sweep patch OpenCV")
     for height, width in SIZES:
-        left, right, truth = rectified_pair(height, width)
-        times = {"sweep": [], "opencv": [], "patch": []}
-        for _ in range(rounds + 1):  # the first one compiles
-            spent, ours = timed(swept, left, right)
-            times["sweep"].append(spent)
-            spent, theirs = timed(by_opencv, left, right)
-            times["opencv"].append(spent)
-            spent, finer = timed(visited, left, right, np.maximum(ours, 1))
-            times["patch"].append(spent)
-        work = {"sweep": PLANES, "opencv": PLANES, "patch": HYPOTHESES}
-        rate = {name: height * width * work[name] / np.median(spent[1:]) / 1e6 for name, spent in times.items()}
-        inside = np.s_[8:-8, PLANES:-8]
-        known = theirs[inside] >= 0
-        errors = [np.abs(one[inside] - truth[inside])[known].mean() for one in (ours, finer, theirs)]
-        ratio = rate["sweep"] / rate["opencv"]
-        print(
-            f"{width}x{height}  {rate['sweep']:6.0f}  {rate['opencv']:6.0f}  {ratio:5.2f}  {rate['patch']:10.1f}"
-            f"  {errors[0]:12.3f}  {errors[1]:10.3f}  {errors[2]:6.3f}"
-        )
+        print(measured(height, width, rounds), flush=True)
 
 
 if __name__ == "__main__":

@@ -167,3 +167,20 @@ def test_a_variant_that_does_not_fit_is_one_line(edit, line):
     with pytest.raises(UserError, match=line) as caught:
         load(values() | {"sensitivity": VARIED | edit})
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "place"),
+    [
+        ({"seeds": [0, True]}, "seeds.1"),
+        ({"protocol": values()["protocol"] | {"pool_share": True}}, "protocol.pool_share"),
+        (
+            {"datasets": values()["datasets"] | {"mine": {"source": "captures", "long_side": True}}},
+            "datasets.mine.long_side",
+        ),
+    ],
+)
+def test_true_is_no_number(change, place):
+    with pytest.raises(UserError) as caught:
+        load({**values(), **change})
+    assert str(caught.value).startswith(f"configuration: {place}: must be a")

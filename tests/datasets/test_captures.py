@@ -140,9 +140,7 @@ def test_transparent_pixels_lie_on_the_background_and_a_note_tells(tmp_path):
     image.putalpha(0)
     image.save(path)
     scene = prepared(tmp_path, CaptureSettings(long_side=None, background=(0.2, 0.4, 1.0)))
-    assert scene.notes == (
-        "1 of 9 images are composited on the background (0.2, 0.4, 1), since they have transparency",
-    )
+    assert scene.notes == ("1 of 9 images are composited on the background (0.2, 0.4, 1) where they are transparent",)
     assert (scene.views([0]).images[0] == [51, 102, 255]).all()
 
 

@@ -26,6 +26,27 @@ def test_settings_of_one_method_are_told(episode, table):
     assert f"- PIQE {said}" in markdown
 
 
+def test_where_each_method_has_its_own_settings_none_counts_as_the_common_one(episode, table):
+    """The records do not tell what the run's are."""
+    usual = episode("random").protocol
+    own = {"random": usual | {"additions": [1, 2]}, "farthest": usual | {"views_per_step": 2}}
+    _, markdown, _ = table([episode(name, protocol=each, group="Own schedule") for name, each in own.items()], [*own])
+    said = "has settings of the loop for itself, which are part of its row"
+    assert f"- Random {said}: additions 1, 2, views_per_step 1\n" in markdown
+    assert f"- FVS {said}: additions 20, 45, views_per_step 2\n" in markdown
+
+
+def test_enough_seeds_are_not_said_to_be_too_few(episode, table):
+    cells = [("random", 0), ("random", 1), ("random", 2), ("farthest", 0)]
+    _, markdown, _ = table([episode(method, seed=seed) for method, seed in cells], ["random", "farthest"])
+    assert "no spread over seeds is printed of fewer than 3 seeds; some rows have fewer that are complete" in markdown
+
+
+def test_one_test_image_is_no_images(episode, table):
+    _, markdown, _ = table([episode("random", psnr=(20.0,))], ["random"])
+    assert "1 test image a scene" in markdown
+
+
 def test_a_note_of_several_scenes_is_told_once_with_their_names(episode, table):
     notes = {"attic": ["attic: 2 images are undistorted"], "cellar": ["cellar: 2 images are undistorted", "cold"]}
     episodes = [episode("random", scene, notes=notes.get(scene, [])) for scene in ("attic", "cellar", "hall")]

@@ -2,6 +2,7 @@
 
 import pytest
 
+from avs.nvs.protocol import ProtocolSettings
 from tests.report.view_synthesis_tables import PUBLISHED, TableWriter
 
 
@@ -10,16 +11,20 @@ def table(tmp_path, written):
     return TableWriter(tmp_path, written)
 
 
+PROTOCOL = {"budget": 20, "iterations": 30_000, "additions": list(ProtocolSettings().additions)}
+PICTURES = {"test_every": 8, "long_side": 1600, "short_side": None}
 NINE = ["bicycle", "bonsai", "counter", "flowers", "garden", "kitchen", "room", "stump", "treehill"]
 
 
 def in_the_papers_protocol(episode, scenes=NINE, dataset="mipnerf360", **changes):
-    protocol = episode("random").protocol | {"budget": 20, "iterations": 30_000} | changes
+    protocol = episode("random").protocol | PROTOCOL | changes
     return [episode("random", scene, dataset=dataset, protocol=protocol, budget=20) for scene in scenes]
 
 
 def test_the_papers_scenes_in_its_protocol_have_a_difference(episode, table):
-    rows, markdown, _ = table(in_the_papers_protocol(episode), ["random"], PUBLISHED, dataset="mipnerf360")
+    rows, markdown, _ = table(
+        in_the_papers_protocol(episode), ["random"], PUBLISHED, dataset="mipnerf360", pictures=PICTURES
+    )
     assert (rows["random", "psnr"]["published"], rows["random", "psnr"]["difference"]) == ("17.91", "3.0900")
     assert "| PSNR ↑ (dB) | published | difference |" in markdown
     assert "| Random | **21.00** | 17.91 | +3.09 |" in markdown
@@ -34,15 +39,32 @@ def test_the_papers_scenes_in_its_protocol_have_a_difference(episode, table):
         ({"dataset": "orbit"}, "orbit has other scenes, with the same kind of camera path"),
         ({"dataset": "captures"}, "captures is another data set"),
         ({"iterations": 2000}, "iterations 2000 in place of 30000"),
+        ({"additions": [10, 20]}, "additions at other iterations"),
+        ({"views_per_step": 4}, "views_per_step 4 in place of 1"),
     ],
 )
 def test_published_values_of_what_is_not_the_same_have_no_difference(episode, table, changes, why):
     episodes = in_the_papers_protocol(episode, **changes)
-    rows, markdown, latex = table(episodes, ["random"], PUBLISHED, dataset=episodes[0].dataset)
+    rows, markdown, latex = table(episodes, ["random"], PUBLISHED, dataset=episodes[0].dataset, pictures=PICTURES)
     assert (rows["random", "psnr"]["published"], rows["random", "psnr"]["difference"]) == ("17.91", "")
     assert "| PSNR ↑ (dB) | published, Mip-NeRF360 | SSIM" in markdown
     assert f"for orientation alone: {why}" in markdown
     assert "diff" not in latex.replace("difference", "").replace("different", "")
+
+
+@pytest.mark.parametrize(
+    ("pictures", "why"),
+    [
+        (PICTURES | {"test_every": 4, "long_side": 480}, "test_every 4 in place of 8, long_side 480 in place of 1600"),
+        (PICTURES | {"long_side": None, "short_side": 300}, "long_side null in place of 1600, short_side 300 in place"),
+        ({}, "test_every is not known, long_side is not known"),
+    ],
+)
+def test_other_pictures_have_no_difference_to_the_papers(episode, table, pictures, why):
+    episodes = in_the_papers_protocol(episode)
+    rows, markdown, _ = table(episodes, ["random"], PUBLISHED, dataset="mipnerf360", pictures=pictures)
+    assert rows["random", "psnr"]["difference"] == ""
+    assert f"for orientation alone: {why}" in markdown
 
 
 def test_published_values_stand_only_where_they_are_asked_for(episode, table):

@@ -33,13 +33,15 @@ class TableWriter:
         absent=None,
         reference=REFERENCE,
         left_out=None,
+        pictures=None,
     ):
         """Write the table of some episodes; return its rows by (method, metric) and its Markdown and LaTeX."""
         if published is not None:
             (self.folder / "published.csv").write_text(published)
         source = None if published is None else self.folder / "published.csv"
         out = self.folder / "tables" / f"nvs_{dataset}"
-        write_nvs_table(self.written(episodes), methods, dataset, source, out, absent or {}, reference, left_out)
+        beside = (absent or {}, reference, left_out, pictures)
+        write_nvs_table(self.written(episodes), methods, dataset, source, out, *beside)
         with open(f"{out}.csv", newline="") as stream:
             rows = {(row["method"], row["metric"]): row for row in csv.DictReader(stream)}
         return rows, *(out.with_name(out.name + ending).read_text() for ending in (".md", ".tex"))

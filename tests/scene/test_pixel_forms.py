@@ -239,6 +239,7 @@ def test_frames_transparency_and_profiles_are_told(tmp_path):
         (tmp_path / "image").write_bytes(content)
         header = read_header(tmp_path / "image")
         assert header.frames == (form in ("tiff pages", "webp animated", "png animated"))
+        assert header.deep == (" 16 " in form)
         assert header.transparent == any(word in form for word in ("rgba", "alpha", "transparen"))
         if "png" in form:
             assert header.plain == (form in ("png rgb", "png grey"))

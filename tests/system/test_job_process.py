@@ -163,3 +163,15 @@ def test_a_fault_of_a_method_names_the_method(tmp_path):
     body = "error = KeyError('x')\nerror.add_note('method Mine')\nraise error"
     result = run(body, tmp_path / "job.log")
     assert result.stderr.startswith("error: method Mine: <string>, line 6: KeyError: 'x'; ")
+
+
+@pytest.mark.parametrize("lines", [1, 100_000])
+def test_a_reader_that_has_had_enough_is_no_fault(lines, tmp_path):
+    body = (
+        "import sys, time\nfrom avs.system.job_process import job\n"
+        f"with job(None):\n    time.sleep(0.5)\n    [print('x' * 50) for _ in range({lines})]"
+    )
+    running = subprocess.Popen([sys.executable, "-c", body], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    running.stdout.close()
+    assert running.stderr.read() == b""
+    running.wait()

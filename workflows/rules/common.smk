@@ -1,11 +1,13 @@
 # What the rules share: the checked configuration, the paths, and which source files a job depends on.
 
+import shlex
 import sys
 from pathlib import Path
 
 sys.path.insert(0, str(workflow.basedir))
 
 from avs.config.configuration import load
+from avs.config.configuration_files import check_files
 from avs.config.jobs import settings_of
 from avs.config.method_weights import Made, absent_methods, weights_of
 from avs.datasets import reader_registry
@@ -29,7 +31,11 @@ if workflow.is_main_process:
     ).items():
         print(f"warning: {module} is left out: {fault}", file=sys.stderr)
 
+if workflow.config_settings.config.get("scenes_dir", "any") in (None, ""):
+    sys.exit("error: --config scenes_dir=: names no folder; name one, or leave it out")
+
 try:
+    check_files(workflow.configfiles)
     settings = load(config, PROGRAMS)
 except UserError as error:
     sys.exit(f"error: {error}")
@@ -54,8 +60,8 @@ KERNELS = f"{RESULTS}/kernels"
 # The code that the run was planned with; a job fails that finds another one.
 CODE = f"{RESULTS}/code.sha256"
 
-# exec: the job becomes Snakemake's own child, so that it ends with it (see avs/system/job_process.py).
-AVS = f"exec python -m avs --planned-with {CODE}"
+# The interpreter is Snakemake's own, whatever PATH names. exec: the job becomes Snakemake's own child, so that it ends with it (see avs/system/job_process.py).
+AVS = f"exec {shlex.quote(sys.executable)} -m avs --planned-with {CODE}"
 
 
 wildcard_constraints:

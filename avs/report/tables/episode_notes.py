@@ -47,7 +47,7 @@ def own_schedules(episodes: Episodes) -> list[str]:
     """Return a line for each method whose settings of the loop are not those of most methods."""
     return [
         f"{presented(method, episodes).label} has settings of the loop for itself, which are part of its row: "
-        + ", ".join(f"{key} {own} instead of {usual}" for key, own, usual in differing)
+        + ", ".join(f"{key} {own}" + ("" if usual is None else f" instead of {usual}") for key, own, usual in differing)
         for method, differing in differing_settings(episodes).items()
     ]
 

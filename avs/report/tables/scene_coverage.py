@@ -142,7 +142,8 @@ def scene_coverage(
 
 def _why_no_difference(paper: Published, episodes: Episodes) -> str | None:
     budgets = {episode.budget for episode in episodes.all}
-    return why_no_difference(paper.dataset, episodes.dataset, episodes.scenes, episodes.all[0].protocol, budgets)
+    protocol = episodes.all[0].protocol
+    return why_no_difference(paper.dataset, episodes.dataset, episodes.scenes, protocol, budgets, {})
 
 
 def _column(metric: Metric, paper: Published | None, why_not: str | None) -> Column:

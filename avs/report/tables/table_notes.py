@@ -73,6 +73,8 @@ def spread_note(episodes: Episodes, methods: Sequence[str]) -> list[str]:
     if not any(0 < seeds < ENOUGH_FOR_SPREAD for seeds in few):
         return []
     told = f"no spread over seeds is printed of fewer than {ENOUGH_FOR_SPREAD} seeds"
+    if len(episodes.seeds) >= ENOUGH_FOR_SPREAD:
+        return [f"{told}; some rows have fewer that are complete"]
     return [f"{told}; here there {'is' if len(episodes.seeds) == 1 else 'are'} {len(episodes.seeds)}"]
 
 
@@ -91,3 +93,9 @@ def span(values: Iterable[int]) -> str:
     """Return ``20``, or ``18 to 20``."""
     numbers = sorted(set(values))
     return str(numbers[0]) if len(numbers) == 1 else f"{numbers[0]} to {numbers[-1]}"
+
+
+def spanned(values: Iterable[int], noun: str) -> str:
+    """Return ``1 scene``, ``20 scenes``, or ``18 to 20 scenes``."""
+    told = span(values)
+    return f"{told} {noun}" if told == "1" else f"{told} {noun}s"

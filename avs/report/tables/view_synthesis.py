@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
-from avs.report.collect import Episodes, read_dataset
+from avs.report.collect import Episodes, common_protocol, read_dataset
 from avs.report.document import Column, Document, Listing
 from avs.report.formats.numbers import EXTRA_DECIMALS, plain
 from avs.report.formats.writing import write_document
@@ -23,6 +24,7 @@ from avs.report.tables.table_notes import (
     no_scenes,
     scenes_and_seeds,
     span,
+    spanned,
     spread_note,
     unranked_notes,
 )
@@ -45,6 +47,7 @@ def write_nvs_table(
     absent: Mapping[str, Reason],
     reference: str | None,
     left_out: Mapping[str, Reason] | None = None,
+    pictures: Mapping[str, Any] | None = None,
 ) -> None:
     """Write ``out`` with ``.csv``, ``.md`` and ``.tex``, ``_per_scene.csv`` and ``_differences.csv``.
 
@@ -60,13 +63,14 @@ def write_nvs_table(
         absent: see ``view_synthesis``.
         reference: see ``view_synthesis``.
         left_out: see ``view_synthesis``.
+        pictures: see ``view_synthesis``.
 
     Raises:
         UserError: no episodes; a record is missing, damaged, of another data set or not comparable with the others;
             or the published values cannot be read.
     """
     collected = read_dataset(episodes, methods, dataset)
-    write_document(view_synthesis(collected, methods, published, absent, reference, left_out), out)
+    write_document(view_synthesis(collected, methods, published, absent, reference, left_out, pictures), out)
 
 
 def view_synthesis(
@@ -76,6 +80,7 @@ def view_synthesis(
     absent: Mapping[str, Reason],
     reference: str | None,
     left_out: Mapping[str, Reason] | None = None,
+    pictures: Mapping[str, Any] | None = None,
 ) -> Document:
     """Return the table of the test images at the end of the optimisation.
 
@@ -88,6 +93,7 @@ def view_synthesis(
         reference: identifier of the method that the others are compared with, or None; one without episodes counts
             as None.
         left_out: why something that looks like a scene of the data set is none, by its name.
+        pictures: settings of the size of images and of the split, as far as they are known.
 
     Raises:
         UserError: the published values cannot be read.
@@ -95,7 +101,7 @@ def view_synthesis(
     left_out = left_out or {}
     paper = None if published is None else read_published(published)
     beside = {} if paper is None else paper.values
-    why_not = None if paper is None else _why_no_difference(paper, episodes)
+    why_not = None if paper is None else _why_no_difference(paper, episodes, pictures or {})
     compared_with = reference if reference in episodes.cells else None
     numbers = summarise_episodes(episodes, methods, compared_with, absent)
     rows = [presented(method, episodes) for method in methods]
@@ -134,9 +140,10 @@ def view_synthesis(
     )
 
 
-def _why_no_difference(paper: Published, episodes: Episodes) -> str | None:
+def _why_no_difference(paper: Published, episodes: Episodes, pictures: Mapping[str, Any]) -> str | None:
     budgets = {episode.budget for episode in episodes.all}
-    return why_no_difference(paper.dataset, episodes.dataset, episodes.scenes, episodes.all[0].protocol, budgets)
+    protocol = common_protocol(episodes)
+    return why_no_difference(paper.dataset, episodes.dataset, episodes.scenes, protocol, budgets, pictures)
 
 
 def _column(metric: Metric, paper: Published | None, why_not: str | None) -> Column:
@@ -150,7 +157,7 @@ def _caption(episodes: Episodes, numbers: Numbers, left_out: int) -> list[str]:
     """Return what was measured, on what, and how."""
     facts = [
         *scenes_and_seeds(episodes),
-        f"{span(len(episode.curve[-1].images) for episode in episodes.all)} test images a scene",
+        f"{spanned((len(episode.curve[-1].images) for episode in episodes.all), 'test image')} a scene",
         f"{span(episode.budget for episode in episodes.all)} views",
         f"{span(len(episode.initial) for episode in episodes.all)} of them initial",
         f"{span(episode.curve[-1].iteration for episode in episodes.all)} iterations",

@@ -1,0 +1,29 @@
+"""What YAML passes over in silence is one line."""
+
+import pytest
+
+from avs.config.configuration_files import check_files
+from avs.system.errors import UserError
+
+FAULTS = {
+    "seeds: [0]\nmethods: [random]\nseeds: [1]\n": "line 3: seeds is there twice in one section, first in line 1",
+    "a: {b: 1, b: 2}\n": "line 1: b is there twice in one section, first in line 1",
+    '{"a": 1,\n "a": 2}': "line 2: a is there twice in one section, first in line 1",
+    "seeds: [1, 010]\n": "line 1: 010 is the octal number 8",
+}
+
+
+@pytest.mark.parametrize("text", FAULTS)
+def test_a_key_that_is_there_twice_and_an_octal_number_are_told(text, tmp_path):
+    (tmp_path / "mine.yaml").write_text(text)
+    with pytest.raises(UserError) as caught:
+        check_files([tmp_path / "mine.yaml"])
+    assert str(caught.value).startswith(f"{tmp_path / 'mine.yaml'}: {FAULTS[text]}; ")
+
+
+@pytest.mark.parametrize(
+    "text", ["a: &a {b: 1}\nc: {<<: *a, b: 2}\nd: *a\n", "a: [0, 10, '010', 1.05]\n", "", "a: [\n", "- 1\n- 1\n"]
+)
+def test_all_else_passes(text, tmp_path):
+    (tmp_path / "mine.yaml").write_text(text)
+    check_files([tmp_path / "mine.yaml", tmp_path / "absent.yaml"])
