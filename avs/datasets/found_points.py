@@ -16,15 +16,15 @@ from avs.system.lists_of_names import some_of
 SURE = 3
 """Views from which a point is sure: two views agree on many a wrong match, since it only has to lie on a line."""
 
-
 _FEW = 0.1
 """Below this share of sure points something is wrong: with right poses it is mostly a half."""
 
 
 def triangulated_points(views: Views) -> tuple[Points, list[str]]:
-    """Return the points that the views see, each with the views that do, and notes for the scene.
+    """Return the points that three views or more see, each with the views that do, and notes for the scene.
 
-    It takes minutes for some hundred views of 1600 pixels. Equal views give equal points.
+    Where those are so few that something is wrong, points that two views see are among them. It takes minutes for some
+    hundred views of 1600 pixels. Equal views give equal points.
     """
     from avs.sfm.sfm_settings import FeatureSettings
     from avs.sfm.sparse_models import triangulated
@@ -34,15 +34,27 @@ def triangulated_points(views: Views) -> tuple[Points, list[str]]:
     rows = np.array([row[name] for name in found.reconstruction.registered], dtype=np.int64)
     points, images = found.points.observations.T
     observations = np.unique(np.stack([points, rows[images]], axis=1), axis=0)
-    lost = [name for name in views.names if name not in set(found.reconstruction.registered)]
-    notes = [f"{len(found.points)} points are triangulated from all pictures, with the given poses"]
-    if lost:
-        notes.append(f"{len(lost)} of {len(views)} images share no point with another ({some_of(lost)})")
     result = Points(found.points.positions, found.points.colors, observations)
-    if are_doubtful(result, len(views)):
+    doubtful = are_doubtful(result, len(views))
+    if not doubtful:
+        result = _sure(result)
+    notes = [f"{len(result)} points are triangulated from all pictures, with the given poses"]
+    seeing = set(result.observations[:, 1].tolist())
+    lost = [name for index, name in enumerate(views.names) if index not in seeing]
+    if lost:
+        notes.append(f"{len(lost)} of {len(views)} images share no point with others ({some_of(lost)})")
+    if doubtful:
         told = f"three pictures agree on {sure_points(result)} points alone"
         notes.append(f"{told}: the poses may be wrong, or the pictures show little that can be told apart")
     return result, notes
+
+
+def _sure(points: Points) -> Points:
+    """Return the points that at least ``SURE`` views see, as COLMAP's own mapping keeps them alone."""
+    kept = np.bincount(points.observations[:, 0], minlength=len(points)) >= SURE
+    observations = points.observations[kept[points.observations[:, 0]]]
+    observations[:, 0] = (np.cumsum(kept) - 1)[observations[:, 0]]
+    return Points(points.positions[kept], points.colors[kept], observations)
 
 
 def sure_points(points: Points) -> int:
