@@ -29,12 +29,15 @@ def sources(
     made_of: Annotated[
         str | None, typer.Option(help="tells of the files that a job reads and no job makes; kept beside its log")
     ] = None,
+    read: Annotated[
+        list[str] | None, typer.Option(help="file that a job reads and another job makes; its hash is kept there, too")
+    ] = None,
     planned_with: Annotated[
         Path | None, typer.Option(help="list of the code that a run is planned with; a job of other code fails")
     ] = None,
 ) -> None:
     """Take what holds for every command."""
-    remember_sources(made_of, planned_with)
+    remember_sources(made_of, read or [], planned_with)
 
 
 for stage in STAGES:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import functools
 import hashlib
+import importlib.util
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
@@ -13,6 +14,8 @@ from avs.system.known_digests import known_digest
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("avs", "metrics")
+READ_OPTION = "--read"
+ABSENT = "absent"
 
 
 def sources(*modules: str) -> list[str]:
@@ -22,10 +25,11 @@ def sources(*modules: str) -> list[str]:
     name them.
 
     Args:
-        modules: dotted names, such as ``avs.nvs.loop``. Modules outside this project are left out.
+        modules: dotted names, such as ``avs.nvs.loop``. Of one outside this project, its whole package is returned
+            without what that imports.
 
     Returns:
-        Paths relative to the project's root, sorted.
+        Paths relative to the project's root, or absolute ones outside of it, sorted.
     """
     found: set[Path] = set()
     waiting = [path for module in modules for path in _files(module)]
@@ -34,7 +38,8 @@ def sources(*modules: str) -> list[str]:
         if path not in found:
             found.add(path)
             waiting.extend(_imported(path))
-    return sorted(str(path.relative_to(ROOT)) for path in found)
+    installed = {str(path) for module in modules for path in _installed(module.partition(".")[0])}
+    return sorted({str(path.relative_to(ROOT)) for path in found} | installed)
 
 
 def stamp(paths: Iterable[str]) -> str:
@@ -45,30 +50,34 @@ def stamp(paths: Iterable[str]) -> str:
     ``SMALL`` bytes are not read at every look: see ``avs.system.known_digests``.
     """
     found = sorted(set(paths))
-    told = "\n".join(f"{path} {_stamp(path)}" for path in found)
+    told = "\n".join(f"{path} {digest(path) or ABSENT}" for path in found)
     return hashlib.sha256(told.encode(errors="surrogateescape")).hexdigest()
 
 
-def stamp_of_inputs(results: str) -> Callable[[object, Iterable[str]], str]:
-    """Return the function that a rule takes for a parameter: the ``stamp`` of its inputs outside of a folder.
+def sources_of_inputs(results: str) -> Callable[[object, Iterable[str]], list[str]]:
+    """Return the function that a rule takes for a parameter: what its command is told of where its inputs come from.
+
+    That is the ``stamp`` of those outside of a folder, then the option ``--read`` with each of those inside of it.
 
     Args:
-        results: the folder that jobs write to; what lies in it is known by the jobs' own lists.
+        results: the folder that jobs write to.
     """
 
-    def made_of(wildcards: object, input: Iterable[str]) -> str:
-        return stamp(path for path in map(str, input) if not path.startswith(f"{results}/"))
+    def made_of(wildcards: object, input: Iterable[str]) -> list[str]:
+        made = sorted({path for path in map(str, input) if path.startswith(f"{results}/")})
+        return [stamp(set(map(str, input)).difference(made)), *(word for path in made for word in (READ_OPTION, path))]
 
     return made_of
 
 
 @functools.cache
-def _stamp(path: str) -> str:
+def digest(path: str) -> str | None:
+    """Return the SHA-256 of a file as this process has met it first, or None where there is none."""
     try:
         status = Path(path).stat()
         return file_hash(path) if status.st_size <= SMALL else known_digest(path)
     except OSError:
-        return "absent"
+        return None
 
 
 @functools.cache
@@ -88,6 +97,16 @@ def _names(tree: ast.AST, package: tuple[str, ...]) -> Iterator[str]:
             module = ".".join((*parents, *filter(None, [node.module])))
             yield module
             yield from (f"{module}.{alias.name}" for alias in node.names)
+
+
+@functools.cache
+def _installed(package: str) -> tuple[Path, ...]:
+    """Return the source files of a package that is none of this project's; none where it is not known."""
+    spec = None if package in PACKAGES else importlib.util.find_spec(package)
+    if spec is None or spec.origin is None:
+        return ()
+    folders = spec.submodule_search_locations
+    return (Path(spec.origin),) if folders is None else tuple(sorted(Path(spec.origin).parent.rglob("*.py")))
 
 
 def _files(module: str) -> list[Path]:

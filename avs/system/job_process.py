@@ -10,21 +10,22 @@ import signal
 import stat
 import sys
 import traceback
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NoReturn
 
+from avs.system.code_inputs import ABSENT, digest
 from avs.system.faults import Terminated, ending
 from avs.system.files import touched
-from avs.system.ledger import write_ledger
+from avs.system.ledger import Origin, write_ledger
 from avs.system.loaded_sources import check_loaded
 
 _PR_SET_PDEATHSIG = 1
 
 _READER_GONE = 141  # as shells have it: 128 and the number of the signal PIPE
 
-# What this process was told of the files that its job reads and that no job makes: a stamp, and a list of the code.
-_made_of: list[str] = []
+# What this process was told of what its job is made from, and a list of the code.
+_origins: list[Origin] = []
 _planned_with: list[Path] = []
 
 
@@ -38,14 +39,15 @@ def die_with_parent() -> None:
         os.kill(os.getpid(), signal.SIGKILL)
 
 
-def remember_sources(stamp: str | None, planned_with: Path | None) -> None:
-    """Keep what the workflow tells of the files that no job makes, for the end of this process's job.
+def remember_sources(stamp: str | None, read: Iterable[str], planned_with: Path | None) -> None:
+    """Keep what the workflow tells of the files that a job reads, for the end of this process's job.
 
     Args:
-        stamp: goes into the list of what is written.
+        stamp: of those that no job makes; goes into the list of what is written.
+        read: those that other jobs make; their hashes, as they are now, go there, too.
         planned_with: see ``avs.system.loaded_sources.check_loaded``.
     """
-    _made_of[:] = [] if stamp is None else [stamp]
+    _origins[:] = [] if stamp is None else [Origin(stamp, {path: digest(path) or ABSENT for path in read})]
     _planned_with[:] = [] if planned_with is None else [planned_with]
 
 
@@ -96,7 +98,7 @@ def job(log: Path | None) -> Iterator[Console]:
         for listed in _planned_with:
             check_loaded(listed)
         if log is not None:
-            write_ledger(log, touched()[earlier:], *_made_of)
+            write_ledger(log, touched()[earlier:], *_origins)
     except BaseException as error:
         console.close()
         _end(error, aside)

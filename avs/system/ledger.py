@@ -1,20 +1,23 @@
-"""Which files a job wrote: a list of their hashes beside its log, by which damage is found before the next run.
+"""What a job wrote and what it was made from: a list of hashes beside its log, which is checked before the next run.
 
-Snakemake knows that a file is there and when it was written, not whether it still holds what was written. The list is
-one that ``sha256sum --check`` reads as well.
+Snakemake knows that a file is there and when it was written, not whether it still holds what was written, nor whether
+it was made from what is there now: times are lost where a folder is copied, and wrong where a clock was. The list is
+one that ``sha256sum --check`` reads as well, since that passes over lines that begin with ``#``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from avs.system.checksums import checksum_lines, read_checksums
+from avs.system.code_inputs import digest
 from avs.system.files import SMALL, atomic_path, file_hash
 
 SUFFIX = ".sha256"
-_MADE_OF = "# made of "  # sha256sum passes over lines that begin so
+_MADE_OF = "# made of "
+_READ = "# read "
 
 
 @dataclass(frozen=True)
@@ -32,35 +35,63 @@ class Damage:
     left: tuple[Path, ...]
 
 
+@dataclass(frozen=True)
+class Origin:
+    """What a job was made from.
+
+    Attributes:
+        stamp: tells of what it read and no job makes: the ``stamp`` of ``avs.system.code_inputs``; a program's command
+            stands behind it.
+        read: hash of each file that it read and another job makes, by path.
+    """
+
+    stamp: str
+    read: Mapping[str, str] = field(default_factory=dict)
+
+    def differs(self, stamp: str, read: Iterable[str]) -> bool:
+        """Return whether a job with this stamp, which reads these files as they are now, would be another one.
+
+        Files that are not there are for others to miss.
+        """
+        return self.stamp != stamp or set(self.read) != set(read) or self.is_outdated()
+
+    def is_outdated(self) -> bool:
+        """Return whether a file that was read is there and holds something else now."""
+        return any(digest(path) not in (told, None) for path, told in self.read.items())
+
+
 def ledger_of(log: Path) -> Path:
     """Return the path of the list of the job that writes to ``log``."""
     return log.with_name(f"{log.name}{SUFFIX}")
 
 
-def write_ledger(log: Path, written: Iterable[Path], made_of: str | None = None) -> None:
+def write_ledger(log: Path, written: Iterable[Path], origin: Origin | None = None) -> None:
     """List what a job has written, beside its ``log``; files that it removed again are left out.
 
     Args:
         log: of the job.
         written: all files that it wrote.
-        made_of: tells of the files that no job makes and that it read: the ``stamp`` of ``avs.system.code_inputs``.
+        origin: what it was made from, where that is known.
     """
     here = Path.cwd()
     paths = sorted({path.absolute() for path in written if path.is_file()})
     told = [path.relative_to(here) if path.is_relative_to(here) else path for path in paths]
-    first = "" if made_of is None else f"{_MADE_OF}{made_of}\n"
+    first = "" if origin is None else f"{_MADE_OF}{origin.stamp}\n"
+    first += "".join(f"{_READ}{told}  {path}\n" for path, told in ({} if origin is None else origin.read).items())
     with atomic_path(ledger_of(log), listed=False) as temporary:
         temporary.write_text(first + checksum_lines(told), encoding="utf-8", errors="surrogateescape")
 
 
-def made_of(log: Path) -> str | None:
-    """Return what the job that wrote to ``log`` was told of its sources, or None where no list says so."""
+def origin_of(log: Path) -> Origin | None:
+    """Return what the job that wrote to ``log`` was made from, or None where no list says so."""
     try:
-        with open(ledger_of(log), encoding="utf-8", errors="surrogateescape") as stream:
-            first = stream.readline()
+        lines = ledger_of(log).read_text(encoding="utf-8", errors="surrogateescape").splitlines()
     except OSError:
         return None
-    return first.removeprefix(_MADE_OF).strip() if first.startswith(_MADE_OF) else None
+    if not lines or not lines[0].startswith(_MADE_OF):
+        return None
+    told = (line.removeprefix(_READ).partition("  ") for line in lines if line.startswith(_READ))
+    return Origin(lines[0].removeprefix(_MADE_OF).strip(), {path: hashed for hashed, _, path in told})
 
 
 def has_ended(log: Path) -> bool:
@@ -84,14 +115,11 @@ def why_stale(logs: Sequence[Path], stamps: Mapping[str, str]) -> str | None:
         return None
     if str(own) not in stamps:
         return "it was no part of the last run, so that nothing tells whether it is current"
-    if any(made_of(log) != stamps[str(log)] for log in (own, *known)):
+    origins = [(origin_of(log), stamps[str(log)]) for log in (own, *known)]
+    if any(origin is None or origin.stamp != stamp for origin, stamp in origins):
         return "it was made with other code or of other files than the last run had"
-    return "it is older than what it is made of" if any(_written(log) > _written(own) for log in known) else None
-
-
-def _written(log: Path) -> int:
-    """Return when a job's list, which is there, was written, in nanoseconds."""
-    return ledger_of(log).stat().st_mtime_ns
+    outdated = any(origin is not None and origin.is_outdated() for origin, _ in origins)
+    return "it was made from other files than are there now" if outdated else None
 
 
 def find_damage(folder: Path) -> list[Damage]:

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from avs.system.code_inputs import digest
 from avs.system.files import write_text
 from avs.system.job_process import job
-from avs.system.ledger import find_damage, ledger_of, made_of, why_stale, write_ledger
+from avs.system.ledger import Origin, find_damage, ledger_of, origin_of, why_stale, write_ledger
 
 LARGE = "x" * 1_100_000
 
@@ -101,29 +102,58 @@ def test_a_job_lists_its_own_files_alone(tmp_path, monkeypatch):
     assert [line[66:] for line in (tmp_path / "job.log.sha256").read_text().splitlines()] == ["own"]
 
 
-def test_a_list_tells_what_its_job_was_made_of_in_a_line_that_sha256sum_passes_over(tmp_path, monkeypatch):
+def test_a_list_tells_what_its_job_was_made_of_in_lines_that_sha256sum_passes_over(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write_text("out", "written")
-    assert made_of(Path("job.log")) is None
-    write_ledger(Path("job.log"), [Path("out")], "a stamp")
-    assert made_of(Path("job.log")) == "a stamp"
+    assert origin_of(Path("job.log")) is None
+    origin = Origin("a stamp", {"settings.json": "0" * 64, "a  scene.json": "1" * 64})
+    write_ledger(Path("job.log"), [Path("out")], origin)
+    assert origin_of(Path("job.log")) == origin
     assert find_damage(tmp_path) == []
     subprocess.run(["sha256sum", "--check", "--strict", "--quiet", "job.log.sha256"], check=True)
     write_ledger(Path("job.log"), [Path("out")])
-    assert made_of(Path("job.log")) is None
+    assert origin_of(Path("job.log")) is None
 
 
-def test_what_other_code_made_or_is_older_than_its_sources_is_stale(tmp_path):
-    own, scene = tmp_path / "episode.log", tmp_path / "scene.log"
+@pytest.fixture
+def fresh_digests():
+    """Let each look read the files, as a process of its own would."""
+    digest.cache_clear()
+    yield digest.cache_clear
+    digest.cache_clear()
+
+
+def test_a_job_differs_with_its_stamp_its_inputs_and_what_they_hold_whatever_their_times(tmp_path, fresh_digests):
+    settings = tmp_path / "settings.json"
+    settings.write_text("12 steps")
+    origin = Origin("code", {str(settings): digest(str(settings))})
+    assert not origin.differs("code", [str(settings)])
+    assert origin.differs("other code", [str(settings)])
+    assert origin.differs("code", [])
+    assert origin.differs("code", [str(settings), "another"])
+    time = settings.stat().st_mtime_ns
+    settings.write_text("16 steps")
+    os.utime(settings, ns=(time, time))
+    fresh_digests()
+    assert origin.differs("code", [str(settings)])
+    settings.unlink()
+    fresh_digests()
+    assert not origin.differs("code", [str(settings)]), "what is not there is made first"
+
+
+def test_what_other_code_made_or_is_of_other_files_than_there_are_is_stale(tmp_path, fresh_digests):
+    own, scene, record = tmp_path / "episode.log", tmp_path / "scene.log", tmp_path / "scene.json"
+    record.write_text("48 px")
     stamps = {str(own): "code", str(scene): "photographs"}
-    write_ledger(scene, [], "photographs")
-    write_ledger(own, [], "code")
+    write_ledger(scene, [], Origin("photographs"))
+    write_ledger(own, [], Origin("code", {str(record): digest(str(record))}))
     assert why_stale((own, scene), stamps) is None
     assert why_stale((own, scene), {}) is None
     assert "no part of the last run" in why_stale((own, scene), {str(scene): "photographs"})
     assert "other code" in why_stale((own, scene), stamps | {str(own): "other code"})
     assert "other code" in why_stale((own, scene), stamps | {str(scene): "other photographs"})
-    os.utime(ledger_of(own), (1, 1))
-    assert "older than" in why_stale((own, scene), stamps)
+    record.write_text("64 px")
+    fresh_digests()
+    assert "other files than are there now" in why_stale((own, scene), stamps)
     ledger_of(own).unlink()
     assert "other code" in why_stale((own, scene), stamps)

@@ -35,8 +35,8 @@ def test_tables_depend_on_records_not_on_reconstruction():
     assert not [path for path in files if path.startswith("avs/selectors/")]
 
 
-def test_foreign_modules_have_no_files_here():
-    assert sources("numpy", "some.plugin") == []
+def test_a_module_that_is_not_installed_has_no_files():
+    assert sources("some.plugin") == []
 
 
 def test_every_file_exists():
@@ -50,7 +50,7 @@ def test_a_stamp_sees_content_whatever_the_time(tmp_path, monkeypatch):
     Path("a.py").write_text("1")
 
     def stamp():
-        code_inputs._stamp.cache_clear()
+        code_inputs.digest.cache_clear()
         return code_inputs.stamp(["a.py", "gone"])
 
     first = stamp()
@@ -59,6 +59,18 @@ def test_a_stamp_sees_content_whatever_the_time(tmp_path, monkeypatch):
     Path("a.py").write_text("2")
     os.utime("a.py", (1, 1))
     assert stamp() != first
+
+
+def test_a_module_of_another_package_brings_the_files_of_that_package(tmp_path, monkeypatch):
+    package = tmp_path / "turning"
+    (package / "parts").mkdir(parents=True)
+    for name in ("__init__.py", "method.py", "parts/angles.py"):
+        (package / name).touch()
+    monkeypatch.syspath_prepend(tmp_path)
+    assert [path for path in sources("turning.method") if path.startswith("/")] == [
+        str(package / name) for name in ("__init__.py", "method.py", "parts/angles.py")
+    ]
+    assert sources("no_such_package.method") == []
 
 
 def test_a_large_file_is_read_once_and_again_after_an_edit_that_keeps_size_and_time(tmp_path, monkeypatch):

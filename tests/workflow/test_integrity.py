@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 
 import pytest
 import yaml
@@ -157,6 +158,18 @@ def test_a_job_that_died_after_a_change_runs_again(copied):
     assert planned(copied)[0] >= {"episode"} | SHOWN
 
 
+def test_settings_that_changed_are_seen_whatever_the_times(copied):
+    """As after a kill and a plain copy of the folder, or with a clock that was ahead: nothing is newer."""
+    assert planned(copied)[0] == set()
+    (copied / "tiny.yaml").write_text(yaml.safe_dump(tiny() | {"selectors": {"random": {"reshuffle": True}}}))
+    assert run(copied, "-j1", "--until", "settings", "tables").returncode == 0
+    shutil.rmtree(copied / ".snakemake")
+    now = time.time()
+    for path in (copied / "results/tiny").rglob("*"):
+        os.utime(path, (now, now))
+    assert planned(copied)[0] == {"episode", "common_states", "ranking_table"} | SHOWN
+
+
 @pytest.mark.parametrize(
     ("options", "line"),
     [
@@ -222,8 +235,9 @@ def test_tables_of_what_is_there_leave_out_what_other_code_made(finished, tmp_pa
     assert "Random: no episode: it was made with other code or of other files than the last run had" in table
 
 
-def test_results_are_not_taken_unseen(copied):
+@pytest.mark.parametrize("option", ["--ignore-incomplete", "--touch"])
+def test_results_are_not_taken_unseen(copied, option):
     (copied / EPISODE).unlink()
-    result = run(copied, "-n", "--ignore-incomplete", "tables")
+    result = run(copied, "-j1", option, "tables")
     assert result.returncode == 1
-    assert "--ignore-incomplete: would take results for current that are damaged" in result.stdout + result.stderr
+    assert f"{option}: would take results for current that are damaged" in result.stdout + result.stderr

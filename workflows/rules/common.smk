@@ -14,7 +14,7 @@ from avs.datasets import reader_registry
 from avs.representations import kinds
 from avs.selection import registry
 from avs.sfm import back_end_registry
-from avs.system.code_inputs import sources, stamp_of_inputs
+from avs.system.code_inputs import sources, sources_of_inputs
 from avs.system.errors import UserError
 from avs.system.records import record_text
 
@@ -45,9 +45,9 @@ REPRESENTATION = kinds.find(settings.representation.kind)
 RESULTS = f"results/{settings.scale}"
 LOGS = f"{RESULTS}/logs"
 
-# Tells of a change in the files that a job reads and that no job makes, whatever their times: a parameter of each rule,
-# which the job keeps in the list beside its log (see integrity.smk).
-made_of = stamp_of_inputs(RESULTS)
+# Tells of a change in the files that a job reads, whatever their times: a parameter of each rule, which the job keeps in
+# the list beside its log (see integrity.smk).
+made_of = sources_of_inputs(RESULTS)
 
 # No episode is asked for of a method that cannot run here; its row in the tables says why.
 ABSENT = absent_methods(settings)

@@ -6,8 +6,7 @@ from snakemake.exceptions import WorkflowError
 from snakemake.io import is_flagged
 from snakemake.persistence import PersistenceBase
 
-from avs.system.ledger import find_damage
-from avs.system.ledger import made_of as read_made_of
+from avs.system.ledger import find_damage, origin_of
 from avs.system.loaded_sources import write_sources
 from avs.system.records import CHANGED
 
@@ -60,16 +59,23 @@ def shown_outputs():
     }
 
 
+def told_of(job):
+    """Return what a job is told of its sources: the stamp, a program's command behind it, and the files of other jobs."""
+    stamp, *options = job.params.made_of
+    command = getattr(job.params, "program", None)
+    return (stamp if command is None else f"{stamp} {command}"), options[1::2]
+
+
 def has_other_sources(job):
-    """Return whether what a job would read, apart from what jobs make, is not what its last run read.
+    """Return whether what a job would read is not what its last run read.
 
     Snakemake compares times, and what it keeps of code and parameters in .snakemake: a file that an older one replaces,
-    as `cp -p`, `mv` or `rsync -a` leave it, is not newer than what was made from the one before.
+    as `cp -p`, `mv` or `rsync -a` leave it, is not newer than what was made from the one before; in a copy of a folder,
+    all are as new.
     """
-    stamp = getattr(job.params, "made_of", None)
-    if stamp is None or not job.log:
+    if not hasattr(job.params, "made_of") or not job.log:
         return False
-    told = read_made_of(Path(job.log[0]))
+    told = origin_of(Path(job.log[0]))
     if told is None and any(Path(path).exists() for path in job.output):
         UNLISTED.append(job.log[0])
         if len(UNLISTED) == 1:
@@ -78,17 +84,23 @@ def has_other_sources(job):
                 "what it and others without one made is made again",
                 file=sys.stderr,
             )
-    return told != stamp
+    return told is None or told.differs(*told_of(job))
 
 
 def refusing(check):
     """Return ``DAG.check_incomplete`` which refuses to run without looking: old results would pass for current ones."""
 
     async def check_incomplete(self):
-        if self.ignore_incomplete and self.workflow.execution_settings is not None:
+        runs = self.workflow.execution_settings is not None
+        given = {
+            "--ignore-incomplete": self.ignore_incomplete,
+            "--touch": runs and self.workflow.touch,
+        }
+        for option in [
+            option for option, is_given in given.items() if runs and is_given
+        ]:
             raise WorkflowError(
-                "--ignore-incomplete: would take results for current that are damaged, unfinished or of other code; "
-                "leave it out"
+                f"{option}: would take results for current that are damaged, unfinished or of other code; leave it out"
             )
         await check(self)
 

@@ -1,7 +1,7 @@
 # A method that is a program of its own: it writes the views that it would capture, and the suite runs the episode on
 # them. A file of workflows/baselines takes this rule and names its program; docs/add-a-baseline.md shows how.
 
-from avs.system.code_inputs import stamp_of_inputs
+from avs.system.code_inputs import sources_of_inputs
 
 RESULTS = f"results/{config['scale']}"
 VIEWS = "episodes/{dataset}/{scene}/{method}/{seed}/views.json"
@@ -25,11 +25,13 @@ rule views:
     log:
         f"{RESULTS}/logs/{VIEWS}".replace("/views.json", ".views.log"),
     params:
-        made_of=stamp_of_inputs(RESULTS),
+        made_of=sources_of_inputs(RESULTS),
         program=command,
         scene=subpath(input.scene, parent=True),
     message:
         "views: {wildcards.method} on {wildcards.scene} of {wildcards.dataset}, seed {wildcards.seed}"
     shell:
-        "{params.program} {params.scene} {wildcards.seed} --settings {input.settings} --out {output} > {log} 2>&1"
-        " && sha256sum {output} | cat <(echo '# made of {params.made_of}') - > {log}.part && mv {log}.part {log}.sha256"
+        "sha256sum {input.settings} {input.scene} | sed 's/^/# read /' > {log}.read"
+        " && {params.program} {params.scene} {wildcards.seed} --settings {input.settings} --out {output} > {log} 2>&1"
+        " && (echo '# made of' {params.made_of[0]} {params.program:q} && cat {log}.read && sha256sum {output}) > {log}.part"
+        " && mv {log}.part {log}.sha256 && rm {log}.read"

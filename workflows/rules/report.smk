@@ -49,7 +49,7 @@ def write_plan():
         records=records,
         logs={rule: str(log) for rule, log in logs.items()},
         stamps={
-            str(job.log[0]): job.params.made_of
+            str(job.log[0]): told_of(job)[0]
             for job in workflow.dag.jobs
             if job.log and hasattr(job.params, "made_of")
         },
