@@ -9,6 +9,7 @@ from avs.scene.views import Views
 from avs.selection import registry
 from avs.selection.choice import select_views
 from avs.selection.contract import State
+from avs.system.weights import missing
 
 
 def with_one_bit_flipped(content):
@@ -106,3 +107,12 @@ class OnlyRenders:
 
     def __getattr__(self, name):
         raise AssertionError(f"a 2D method asked the representation for {name}")
+
+
+def methods_that_run():
+    """Return the identifiers of the methods that choose by themselves and whose pretrained weights are here, if any."""
+    return [
+        name
+        for name, found in sorted(registry.methods().items())
+        if missing(found.method.pretrained) is None and found.method.follows is None
+    ]

@@ -77,7 +77,10 @@ def write_coverage(
     sides = sides_of(reference, settings.voxel)
     counts = sorted(count for count in settings.views if count < len(views_of(recorded))) if sides else []
     threshold = settings.threshold * (reference.record.extent or 0.0)
-    curve = [_point(count, cloud_of_first(count), sides, threshold) for count in counts]
+    curve = []
+    for count in counts:
+        first = cloud_of_first(count)
+        curve.append(_point(count, first, _shares(first, sides, threshold)))
     held = {name: held_against(side, made.reconstruction.cloud.positions) for name, side in sides.items()}
     record = _measured(recorded, reference, settings, made, sides, held, curve)
     _write_clouds(out, reference, made, sides, held)
@@ -98,9 +101,14 @@ def _check_episode(path: Path, episode: Episode, scene: Scene) -> None:
         raise UserError(path, f"view {unknown[0]} is no image of the scene", "run the episode again")
 
 
-def _point(count: int, made: PlacedCloud, sides: Mapping[str, Side], threshold: float) -> CoveragePoint:
+def _shares(made: PlacedCloud, sides: Mapping[str, Side], threshold: float) -> dict[str, float]:
+    """Return the SCR against each side."""
+    positions = made.reconstruction.cloud.positions
+    return {name: share_covered(side, positions, threshold) for name, side in sides.items()}
+
+
+def _point(count: int, made: PlacedCloud, shares: Mapping[str, float]) -> CoveragePoint:
     found = made.reconstruction
-    shares = {name: share_covered(side, found.cloud.positions, threshold) for name, side in sides.items()}
     return CoveragePoint(
         views=count,
         registered=len(found.registered),
@@ -123,18 +131,8 @@ def _measured(
     measured = {
         name: numbers(side, found.cloud.positions, held[name], settings, size or 0.0) for name, side in sides.items()
     }
-    last = []
-    if sides:
-        true = measured.get("against_surface")
-        last = [
-            CoveragePoint(
-                views=len(views_of(episode)),
-                registered=len(found.registered),
-                points=len(found.cloud),
-                scr=measured["against_reference"].scr,
-                true_scr=None if true is None else true.scr,
-            )
-        ]
+    shares = {name: each.scr for name, each in measured.items()}
+    last = [_point(len(views_of(episode)), made, shares)] if sides else []
     return Coverage(
         scene=episode.scene,
         dataset=episode.dataset,

@@ -13,7 +13,7 @@ from PIL import Image
 from avs.datasets.capture_settings import CaptureSettings
 from avs.datasets.undistortion import pinhole, rescaled, undistorted_camera, undistorted_image
 from avs.scene.colmap import ModelCamera, ModelImage
-from avs.scene.images import BLACK, Header, Pixels, open_rgb, read_header
+from avs.scene.images import BLACK, Header, Pixels, is_translucent, open_rgb, read_header
 from avs.system.errors import UserError
 
 _IMAGE_SUFFIXES = {".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff", ".webp"}
@@ -126,8 +126,8 @@ def picture_notes(
     red, green, blue = settings.background or BLACK
     for done, count in {
         "undistorted": sum(pinhole(picture.camera) is None for picture in pictures),
-        f"composited on the background ({red:g}, {green:g}, {blue:g}) where they are transparent": sum(
-            picture.header.transparent for picture in pictures
+        f"composited on the background ({red:g}, {green:g}, {blue:g}), since they have transparency": sum(
+            picture.header.transparent and is_translucent(picture.path) for picture in pictures
         ),
         "read with their first frame or page alone": sum(picture.header.frames for picture in pictures),
         "read as sRGB, though they have another colour profile": sum(picture.header.profile for picture in pictures),

@@ -107,6 +107,21 @@ def open_rgb(path: Path, orientation: int = _UPRIGHT, background: Color = BLACK)
         return turned(pixels, orientation)
 
 
+def is_translucent(path: Path) -> bool:
+    """Return whether a pixel of an image file is not opaque; an alpha channel alone does not make it so.
+
+    Raises:
+        UserError: as ``open_rgb``.
+    """
+    with _opened(path) as image:
+        image.load()
+        try:
+            opacity = image.convert("RGBA").getchannel("A")
+        except ValueError:  # of grey with 16 bits, which is refused where it is read
+            return True
+        return bool(np.asarray(opacity).min() < 255)
+
+
 def pixel_hash(pixels: Pixels) -> str:
     """Return the SHA-256 of an image's shape and bytes, in hexadecimal."""
     digest = hashlib.sha256(repr(pixels.shape).encode())

@@ -71,25 +71,26 @@ def disagreement_notes(
         if len(rows) < _FEWEST or not brightness[rows].std() or cameras.sizes[index].max() < _SMALLEST:
             continue
         seen = pixels_of(points.positions[rows], cameras[index], read(index)).astype(np.float64)
-        fault = _fault(seen, points.colors[rows].astype(np.float64))
-        if fault is not None and not (fault == _MASKED and name in cut_out):
+        fault = _fault(seen, points.colors[rows].astype(np.float64), name in cut_out)
+        if fault is not None:
             found.setdefault(fault, []).append(name)
     return [f"{len(those)} of {len(names)} photographs ({some_of(those)}) {fault}" for fault, those in found.items()]
 
 
-def _fault(seen: FloatArray, told: FloatArray) -> str | None:
+def _fault(seen: FloatArray, told: FloatArray, is_cut_out: bool) -> str | None:
     """Return what is wrong with a photograph, or None.
 
     Args:
         seen: ``[n, 3]``, the pixels that the points fall on, 0..255.
         told: ``[n, 3]``, the colours of the points, whose brightness differs.
+        is_cut_out: whether a single colour at many points is known to be a mask.
     """
     seen_light, told_light = seen @ _BRIGHTNESS, told @ _BRIGHTNESS
     if not seen_light.std():
         return _APART
     colors, counts = np.unique(seen, axis=0, return_counts=True)
     alike = (seen == colors[counts.argmax()]).all(axis=1)
-    if alike.mean() > _ONE_COLOR and told_light[alike].std() > _VARIED:
+    if not is_cut_out and alike.mean() > _ONE_COLOR and told_light[alike].std() > _VARIED:
         return _MASKED
     if np.corrcoef(seen_light, told_light)[0, 1] < LEAST_CORRELATION:
         return _APART

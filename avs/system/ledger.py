@@ -76,10 +76,16 @@ def write_ledger(log: Path, written: Iterable[Path], origin: Origin | None = Non
     here = Path.cwd()
     paths = sorted({path.absolute() for path in written if path.is_file()})
     told = [path.relative_to(here) if path.is_relative_to(here) else path for path in paths]
-    first = "" if origin is None else f"{_MADE_OF}{origin.stamp}\n"
-    first += "".join(f"{_READ}{told}  {path}\n" for path, told in ({} if origin is None else origin.read).items())
     with atomic_path(ledger_of(log), listed=False) as temporary:
-        temporary.write_text(first + checksum_lines(told), encoding="utf-8", errors="surrogateescape")
+        temporary.write_text(_head(origin) + checksum_lines(told), encoding="utf-8", errors="surrogateescape")
+
+
+def _head(origin: Origin | None) -> str:
+    """Return the lines of a list that ``origin_of`` reads back."""
+    if origin is None:
+        return ""
+    read = (f"{_READ}{told}  {path}\n" for path, told in origin.read.items())
+    return "".join((f"{_MADE_OF}{origin.stamp}\n", *read))
 
 
 def origin_of(log: Path) -> Origin | None:

@@ -133,6 +133,13 @@ def test_two_images_of_one_file_are_refused(tmp_path):
         prepared(tmp_path)
 
 
+def test_an_alpha_channel_without_transparency_is_not_told_of(tmp_path):
+    make_capture(tmp_path / "capture")
+    for path in (tmp_path / "capture" / "images").iterdir():
+        Image.open(path).convert("RGBA").save(path)
+    assert prepared(tmp_path, CaptureSettings(long_side=None)).notes == ()
+
+
 def test_transparent_pixels_lie_on_the_background_and_a_note_tells(tmp_path):
     make_capture(tmp_path / "capture")
     path = tmp_path / "capture" / "images" / "image 0.png"
@@ -140,7 +147,9 @@ def test_transparent_pixels_lie_on_the_background_and_a_note_tells(tmp_path):
     image.putalpha(0)
     image.save(path)
     scene = prepared(tmp_path, CaptureSettings(long_side=None, background=(0.2, 0.4, 1.0)))
-    assert scene.notes == ("1 of 9 images are composited on the background (0.2, 0.4, 1) where they are transparent",)
+    assert scene.notes == (
+        "1 of 9 images are composited on the background (0.2, 0.4, 1), since they have transparency",
+    )
     assert (scene.views([0]).images[0] == [51, 102, 255]).all()
 
 

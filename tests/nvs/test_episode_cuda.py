@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 import yaml
-from factories import ring
+from factories import methods_that_run, ring
 
 from avs.config.configuration import load
 from avs.iqa.cross_reference.network import build_network
@@ -21,7 +21,6 @@ from avs.representations.gaussians.splats import GaussianSplats
 from avs.scene.scene import Points, write_scene
 from avs.selection import registry
 from avs.system.records import read_record
-from avs.system.weights import missing
 from tests.tolerances import CUDA_EPISODE
 
 pytestmark = pytest.mark.skipif(not torch.cuda.is_available(), reason="no GPU that torch can use")
@@ -29,11 +28,7 @@ pytestmark = pytest.mark.skipif(not torch.cuda.is_available(), reason="no GPU th
 # NIQE's windows of 96 pixels need two of them in each direction.
 SIZE = (256, 192)
 PROTOCOL = ProtocolSettings(initial_views=4, budget=7, additions=(20, 50, 90), iterations=150)
-METHODS = [
-    name
-    for name, found in sorted(registry.methods().items())
-    if missing(found.method.pretrained) is None and found.method.follows is None
-]
+METHODS = methods_that_run()
 
 
 @pytest.fixture(scope="module")

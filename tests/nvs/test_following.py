@@ -144,7 +144,7 @@ def test_a_missing_episode_is_explained_by_the_log_of_the_one_that_it_follows(tm
     place = "{dataset}-{scene}-{method}-{seed}"
     logs = {name: str(tmp_path / f"{name}.log") for name in ("scene", "kernels", "common_states", "views")}
     plan = RunPlan(
-        config=load(MINIMAL),
+        config=load(MINIMAL | {"coverage": None}),
         scenes={"orbit": ("orbit_0",)},
         timed=None,
         published_times=(),

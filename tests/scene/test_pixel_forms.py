@@ -9,7 +9,7 @@ import pytest
 import tifffile
 from PIL import Image
 
-from avs.scene.images import open_rgb, read_header, read_image
+from avs.scene.images import is_translucent, open_rgb, read_header, read_image
 from avs.system.errors import UserError
 
 # Four colours; the last is transparent where a form has transparency, with noise below.
@@ -241,6 +241,7 @@ def test_frames_transparency_and_profiles_are_told(tmp_path):
         assert header.frames == (form in ("tiff pages", "webp animated", "png animated"))
         assert header.deep == (" 16 " in form)
         assert header.transparent == any(word in form for word in ("rgba", "alpha", "transparen"))
+        assert is_translucent(tmp_path / "image") == header.transparent
         if "png" in form:
             assert header.plain == (form in ("png rgb", "png grey"))
     RGB.save(tmp_path / "wide.png", icc_profile=b"Adobe RGB (1998)")

@@ -8,13 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from factories import MeanColor, OnlyRenders, named_views, ring, selected, state_of
+from factories import MeanColor, OnlyRenders, methods_that_run, named_views, ring, selected, state_of
 
 from avs.representations.capabilities import CAPABILITIES
 from avs.selection import registry
 from avs.selection.contract import PreparesRepresentation, Resources, Truth
 from avs.system.errors import UserError
-from avs.system.weights import missing
 from tests import tolerances
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -41,11 +40,7 @@ IDENTIFIERS = {
 }
 RENDERS_ONLY = ("2D-based", "Geometric")
 
-METHODS = [
-    name
-    for name, found in sorted(registry.methods().items())
-    if missing(found.method.pretrained) is None and found.method.follows is None
-]
+METHODS = methods_that_run()
 every_method = pytest.mark.parametrize("identifier", METHODS)
 
 

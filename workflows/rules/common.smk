@@ -60,7 +60,8 @@ KERNELS = f"{RESULTS}/kernels"
 # The code that the run was planned with; a job fails that finds another one.
 CODE = f"{RESULTS}/code.sha256"
 
-# The interpreter is Snakemake's own, whatever PATH names. exec: the job becomes Snakemake's own child, so that it ends with it (see avs/system/job_process.py).
+# The interpreter is Snakemake's own, whatever PATH names. exec: the job becomes Snakemake's own child, so that it ends with
+# it (see avs/system/job_process.py).
 AVS = f"exec {shlex.quote(sys.executable)} -m avs --planned-with {CODE}"
 
 

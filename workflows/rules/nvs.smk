@@ -48,6 +48,14 @@ def episodes(dataset, scenes=None):
     )
 
 
+def dataset_episodes(wildcards):
+    return episodes(wildcards.dataset)
+
+
+def all_episodes(wildcards):
+    return [path for dataset in SCENES for path in episodes(dataset)]
+
+
 def method_code(wildcards):
     """Return the source files of a method, as far as they are known here, and of the episodes that it runs in."""
     if wildcards.method in PROGRAMS:

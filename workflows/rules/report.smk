@@ -62,10 +62,6 @@ def published_file(wildcards):
     return settings_of(settings, f"nvs_table/{wildcards.dataset}").published or []
 
 
-def dataset_episodes(wildcards):
-    return episodes(wildcards.dataset)
-
-
 def dataset_states(wildcards):
     return common_states(wildcards.dataset)
 
@@ -75,10 +71,6 @@ def ranking_tables(wildcards):
     if settings.common_states is None:
         return []
     return expand(f"{RESULTS}/tables/ranking_{{dataset}}.csv", dataset=SCENES)
-
-
-def all_episodes(wildcards):
-    return [path for dataset in SCENES for path in episodes(dataset)]
 
 
 def runtime_tables(wildcards):

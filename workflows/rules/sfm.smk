@@ -55,14 +55,6 @@ def coverages(path, dataset, scenes=None, methods=None, seeds=None):
     )
 
 
-def covered_episodes(wildcards):
-    return episodes(wildcards.dataset)
-
-
-def all_covered_episodes(wildcards):
-    return [path for dataset in SCENES for path in episodes(dataset)]
-
-
 def dataset_coverages(wildcards):
     return coverages(f"{COVERAGE}/coverage.json", wildcards.dataset)
 
@@ -191,7 +183,7 @@ rule coverage:
 
 rule coverage_table:
     input:
-        episodes=covered_episodes,
+        episodes=dataset_episodes,
         records=dataset_coverages,
         settings=f"{RESULTS}/settings/coverage_table/{{dataset}}.json",
         published=f"results/published/{COVERAGE_NAME}",
@@ -246,7 +238,7 @@ rule coverage_maps:
 
 rule coverage_over_views:
     input:
-        episodes=all_covered_episodes,
+        episodes=all_episodes,
         records=all_coverages,
         settings=f"{RESULTS}/settings/coverage_over_views.json",
         code=sources("avs.report.figures.coverage_over_views"),
