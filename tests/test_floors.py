@@ -14,7 +14,7 @@ FLOORS = (
     ("avs.selection",),
     ("avs.iqa",),
     ("avs.selectors",),
-    ("avs.nvs",),
+    ("avs.nvs", "avs.slam"),
     ("avs.coverage",),
     ("avs.report",),
     ("avs.config",),

@@ -1,0 +1,1 @@
+"""Buildings as triangle meshes, and what a camera sees in them."""

@@ -1,0 +1,130 @@
+"""Meshes from files: ``.glb`` and ``.gltf`` (also those of Gibson, HM3D and Matterport3D), ``.obj``, ``.ply``."""
+
+from __future__ import annotations
+
+import json
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from avs.slam.building.building_mesh import GREY, Building, FloatArray, joined
+from avs.system.compatibility import import_open3d
+from avs.system.errors import UserError
+
+SUFFIXES = (".glb", ".gltf", ".obj", ".ply")
+"""The kinds of files that are read."""
+
+_UNREADABLE = {
+    "KHR_texture_basisu": (
+        "has Basis textures, which are not read",
+        "take the archive with plain JPEG or PNG textures (HM3D: hm3d-<split>-glb, files without .basis in their name)",
+    ),
+    "KHR_draco_mesh_compression": ("is compressed by Draco, which is not read", "export it without compression"),
+    "EXT_meshopt_compression": ("is compressed by meshopt, which is not read", "export it without compression"),
+}
+
+
+def read_building(path: Path) -> Building:
+    """Return the mesh of a file in the file's own axes and unit.
+
+    Raises:
+        UserError: the file is missing, is of another kind, is damaged, has no triangle, or has textures or a
+            compression that are not read.
+    """
+    if path.suffix.lower() not in SUFFIXES:
+        raise UserError(path, "is no mesh that is read", f"give a file with one of {', '.join(SUFFIXES)}")
+    if not path.is_file():
+        raise UserError(path, "is no file", "check the path")
+    if path.suffix.lower() in (".glb", ".gltf"):
+        _refuse_extensions(path)
+    building = _read_colored(path) if path.suffix.lower() == ".ply" else _read_model(path)
+    if not np.isfinite(building.vertices).all():
+        raise UserError(path, "has vertices that are not finite numbers", "repair the mesh")
+    return building
+
+
+def _refuse_extensions(path: Path) -> None:
+    """Refuse a glTF file with contents that Open3D would leave out in silence."""
+    content = path.read_bytes()
+    try:
+        if path.suffix.lower() == ".glb":
+            if content[:4] != b"glTF":
+                raise ValueError("its first bytes are not glTF")
+            (length,) = struct.unpack("<I", content[12:16])
+            content = content[20 : 20 + length]
+        described: dict[str, Any] = json.loads(content)
+        used = [*described.get("extensionsUsed", []), *described.get("extensionsRequired", [])]
+        if any(str(image.get("mimeType", "")) == "image/ktx2" for image in described.get("images", [])):
+            used.append("KHR_texture_basisu")
+    except (ValueError, struct.error, AttributeError, TypeError) as error:
+        raise UserError(path, f"is no readable glTF file ({error})", "download or export it again") from error
+    for extension, (fault, remedy) in _UNREADABLE.items():
+        if extension in used:
+            raise UserError(path, fault, remedy)
+
+
+def _read_model(path: Path) -> Building:
+    """Return a mesh of several materials."""
+    open3d = import_open3d()
+    with open3d.utility.VerbosityContextManager(open3d.utility.VerbosityLevel.Error):
+        model = open3d.io.read_triangle_model(str(path))
+    parts = [_part(piece.mesh, model.materials[piece.material_idx]) for piece in model.meshes]
+    parts = [part for part in parts if len(part.triangles)]
+    if not parts:
+        raise UserError(path, "has no triangle", "check that it is a mesh, and whole")
+    return joined(parts)
+
+
+def _read_colored(path: Path) -> Building:
+    """Return a mesh with colours at its vertices, or without any."""
+    open3d = import_open3d()
+    with open3d.utility.VerbosityContextManager(open3d.utility.VerbosityLevel.Error):
+        mesh = open3d.io.read_triangle_mesh(str(path))
+    if not len(mesh.triangles):
+        raise UserError(path, "has no triangle", "check that it is a mesh (a cloud of points is none), and whole")
+    return _part(mesh, None)
+
+
+def _part(mesh: Any, material: Any) -> Building:  # noqa: ANN401 - Open3D has no types
+    """Return one mesh of Open3D with its material, if that has a picture or a colour."""
+    vertices = np.asarray(mesh.vertices, np.float32)
+    triangles = np.asarray(mesh.triangles, np.int32)
+    notes: tuple[str, ...] = ()
+    texture = None if material is None or not mesh.has_triangle_uvs() else _picture(material.albedo_img)
+    corners = np.zeros((len(triangles), 3, 2), np.float32)
+    if texture is not None:
+        corners = np.asarray(mesh.triangle_uvs, np.float32).reshape(-1, 3, 2)
+    if mesh.has_vertex_colors():
+        colors = np.asarray(mesh.vertex_colors, np.float32)
+    elif texture is not None:
+        colors = np.ones_like(vertices)
+    else:
+        colors, notes = _plain(material, len(vertices))
+    index = np.full(len(triangles), -1 if texture is None else 0, np.int32)
+    return Building(vertices, triangles, colors, corners, index, () if texture is None else (texture,), notes)
+
+
+def _picture(image: Any) -> npt.NDArray[np.uint8] | None:  # noqa: ANN401
+    """Return a texture ``[height, width, 3]``; None where there is none."""
+    if image is None or image.is_empty():
+        return None
+    pixels = np.asarray(image)
+    if pixels.dtype == np.uint16:
+        pixels = (pixels >> 8).astype(np.uint8)
+    if pixels.ndim == 2:
+        pixels = pixels[:, :, None]
+    if pixels.shape[2] < 3:
+        pixels = np.repeat(pixels[:, :, :1], 3, axis=2)
+    return np.ascontiguousarray(pixels[:, :, :3])
+
+
+def _plain(material: Any, count: int) -> tuple[FloatArray, tuple[str, ...]]:  # noqa: ANN401
+    """Return one colour for all vertices: the material's own, or grey, and what to say of it."""
+    base = None if material is None else np.asarray(material.base_color, np.float32)[:3]
+    if base is None or (base >= 1).all():
+        return np.full((count, 3), GREY, np.float32), ("surfaces without texture and colours are grey",)
+    shade = np.where(base <= 0.0031308, base * 12.92, 1.055 * base ** (1 / 2.4) - 0.055)
+    return np.tile(shade.astype(np.float32), (count, 1)), ("surfaces without texture have their material's colour",)
