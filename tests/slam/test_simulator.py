@@ -75,7 +75,7 @@ def picture():
 
 
 def wall_glb(path, height=2.5, **options):
-    """Write a wall at x = 2 in glTF's axes (y upwards), textured so that the picture stands upright for who looks at it."""
+    """Write a wall at x = 2 with y upwards, whose picture stands upright for who looks at it from the origin."""
     # turned upright, y becomes z and z becomes -y: the wall spans y = -1..2 there, left is high y
     positions = [(2, 0, 1), (2, 0, -2), (2, height, -2), (2, height, 1)]
     coordinates = [(1, 1), (0, 1), (0, 0), (1, 0)]  # v runs downwards in glTF

@@ -40,6 +40,7 @@ class Caster:
         self._core = import_open3d().core
         self._scene: Any = import_open3d().t.geometry.RaycastingScene(nthreads=1)
         self._scene.add_triangles(self._core.Tensor(vertices), self._core.Tensor(triangles.astype(np.uint32)))
+        self._corners = vertices, triangles
 
     def nearest(self, origins: Array, directions: Array) -> Hits:
         """Return where rays from ``origins`` along ``directions`` ``[n, 3]`` first meet the mesh."""
@@ -60,6 +61,15 @@ class Caster:
             for batch in _batches(origins, directions)
         ]
         return np.concatenate(parts)
+
+    def steepness(self, triangles: npt.NDArray[np.int64]) -> Array:
+        """Return the cosine ``[n]`` of the slope of triangles: 1 level, 0 upright, without area, or triangle -1."""
+        vertices, corners = self._corners
+        a, b, c = (vertices[corners[triangles, k]].astype(np.float64) for k in range(3))
+        normal = np.cross(b - a, c - a)
+        length = np.linalg.norm(normal, axis=1)
+        upward = np.abs(normal[:, 2]) / np.where(length > 0, length, 1)
+        return np.where((triangles >= 0) & (length > 0), upward, 0).astype(np.float32)
 
     def clearance(self, points: Array) -> Array:
         """Return the distance of each point ``[n, 3]`` to the nearest surface."""
