@@ -22,7 +22,7 @@ _MOVES = np.array(
 
 
 def shortest_path(free: Grid, cost: npt.NDArray[np.float32], start: Cells, goal: Cells) -> Cells | None:
-    """Return the cells ``[k, 2]`` of the cheapest path from ``start`` to ``goal``, both included; None if there is none.
+    """Return the cells ``[k, 2]`` of the cheapest path from ``start`` to ``goal``, both included, or None.
 
     A* with sixteen directions. A move costs its length in cells times one plus the ``cost`` of the cell that it leads
     to. Ties go to the cell that was found first, so that equal grids give equal paths.

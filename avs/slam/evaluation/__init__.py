@@ -1,0 +1,1 @@
+"""What of a building was covered, and how well the map renders it."""

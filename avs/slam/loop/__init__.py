@@ -1,0 +1,1 @@
+"""An exploration from its first turn to its record."""

@@ -1,0 +1,121 @@
+"""Any method of Task A as what chooses a path: it scores the views at the end of each path, or along it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import AfterValidator, Field, PositiveInt
+
+from avs.scene.cameras import concatenate
+from avs.scene.views import Views
+from avs.selection.choice import notes_of, select_views
+from avs.selection.contract import Method, Selector, State
+from avs.selection.untouched import untouched
+from avs.slam.building.robot_camera import Pose, cameras_at
+from avs.slam.exploration.planned_paths import PlannedPath
+from avs.slam.mapping.map_view import OFFERS, MapView
+from avs.slam.scoring.path_scorer import FloatArray, Moment, Shortlist, drawn
+from avs.system.errors import UserError
+from avs.system.models import StrictModel
+
+
+def _identifier(name: str) -> str:
+    if not name:
+        raise ValueError("a method has a name")
+    return name
+
+
+class SelectorPathSettings(StrictModel):
+    """A method of Task A."""
+
+    kind: Literal["selector"] = Field(default="selector", description="a method of avs.selectors")
+    method: Annotated[str, AfterValidator(_identifier)] = Field(description="its identifier, such as ours-repvit")
+    settings: dict[str, Any] = Field(default={}, description="those of the method, as under selectors")
+    views: Literal["endpoint", "path"] = Field(
+        default="path", description="endpoint: the view at the candidate alone; path: some along the way, and it"
+    )
+    every: PositiveInt = Field(default=5, description="actions between the views along a path")
+    aggregate: Literal["mean", "best", "worst", "sum"] = Field(
+        default="mean", description="of the scores of a path's views, in the method's own direction"
+    )
+    keyframes: PositiveInt | None = Field(
+        default=None, description="at most so many keyframes, evenly spread, are shown as captured views; null: all"
+    )
+
+
+class SelectorScorer:
+    """A method that was written for views scores paths, without a line of its own."""
+
+    def __init__(self, method: Method, selector: Selector, settings: SelectorPathSettings) -> None:
+        """Score by ``selector``, which ``method`` built.
+
+        Raises:
+            UserError: the method needs what a map has not, looks at hidden photographs, or chooses nothing.
+        """
+        absent = [name for name in selector_needs(method, selector) if name not in OFFERS]
+        if absent:
+            fault = f"needs the capability {', '.join(absent)}, which the map of the exploration lacks"
+            raise UserError(f"method {method.label}", fault, "choose another method for the exploration")
+        if method.oracle or method.follows:
+            fault = "looks at hidden photographs" if method.oracle else "captures another method's views"
+            raise UserError(f"method {method.label}", f"{fault}, which an exploration has not", "choose another method")
+        self.label = method.label
+        self.notes = tuple(notes_of(method, selector))
+        self._method, self._selector, self._settings = method, selector, settings
+
+    def shortlist(self, moment: Moment, count: int) -> Shortlist:
+        """Return ``count`` candidates by chance."""
+        return drawn(moment, count)
+
+    def score(self, moment: Moment, listed: Shortlist, paths: Sequence[PlannedPath]) -> FloatArray:
+        """Return the aggregated scores of the views of each path; minus those where the method takes the lowest."""
+        groups = [self._poses(moment, path) for path in paths]
+        poses = [pose for group in groups for pose in group]
+        state = State(
+            representation=MapView(moment.tensors),
+            captured=self._captured(moment),
+            candidates=cameras_at(poses, moment.camera),
+            names=tuple(f"decision-{moment.decision:04d}-view-{index:04d}" for index in range(len(poses))),
+            rng=moment.rng,
+            step=moment.decision,
+        )
+        with untouched(self._method.label, state):
+            scores = select_views(self._method, self._selector, state, 1).scores
+        if scores is None:
+            raise UserError(f"method {self._method.label}", "has no scores", "choose another for the exploration")
+        signed = -scores if self._method.chooses == "lowest" else scores
+        ends = np.cumsum([len(group) for group in groups])[:-1]
+        return np.array([_AGGREGATES[self._settings.aggregate](part) for part in np.split(signed, ends)])
+
+    def _poses(self, moment: Moment, path: PlannedPath) -> list[Pose]:
+        end = moment.candidates[path.candidate].pose
+        if self._settings.views == "endpoint":
+            return [end]
+        return [*path.poses[self._settings.every - 1 :: self._settings.every], end]
+
+    def _captured(self, moment: Moment) -> Views:
+        """Return keyframes as captured views; the first is always among them."""
+        keyframes, limit = list(moment.keyframes), self._settings.keyframes
+        if limit is not None and len(keyframes) > limit:
+            keyframes = [keyframes[place] for place in np.linspace(0, len(keyframes) - 1, limit).round().astype(int)]
+        return Views(
+            concatenate([keyframe.camera for keyframe in keyframes]),
+            tuple(keyframe.rgb for keyframe in keyframes),
+            tuple(f"frame-{keyframe.number:06d}" for keyframe in keyframes),
+        )
+
+
+def selector_needs(method: Method, selector: object) -> tuple[str, ...]:
+    """Return the capabilities that a method needs."""
+    own = getattr(selector, "needs", None)
+    return tuple(own) if isinstance(own, tuple) else method.needs
+
+
+_AGGREGATES = {
+    "mean": lambda scores: float(np.mean(scores)),
+    "best": lambda scores: float(np.max(scores)),
+    "worst": lambda scores: float(np.min(scores)),
+    "sum": lambda scores: float(np.sum(scores)),
+}
