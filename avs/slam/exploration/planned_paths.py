@@ -18,10 +18,6 @@ from avs.slam.navigation.grid_paths import Grid, shortest_path, straightened
 from avs.slam.navigation.robot_motion import Action, MotionSettings
 
 
-# Turns of more than 90 degrees would lead around a corner for ever.
-_LONGEST = 10_000
-
-
 @dataclass(frozen=True)
 class PlannedPath:
     """A way to a candidate.
@@ -98,7 +94,7 @@ def followed(
             poses.append(pose)
 
     for x, y in corners:
-        while math.hypot(x - pose.x, y - pose.y) > motion.forward and len(actions) < _LONGEST:
+        while math.hypot(x - pose.x, y - pose.y) > motion.forward:
             direction = math.atan2(y - pose.y, x - pose.x)
             if abs(math.remainder(direction - pose.yaw, 2 * math.pi)) > math.radians(motion.turn):
                 turn_to(direction)

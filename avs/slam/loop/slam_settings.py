@@ -11,7 +11,7 @@ from avs.slam.exploration.exploration_settings import ExplorationSettings
 from avs.slam.mapping.mapper_settings import RELEASED_MAPPING, MapperSettings
 from avs.slam.navigation.floor_map import AgentSettings
 from avs.slam.navigation.robot_motion import MotionSettings
-from avs.slam.scoring.scorer_settings import NearestSettings, PathScorerSettings
+from avs.slam.scoring.path_choice import NearestSettings, PathScorerSettings
 from avs.system.models import StrictModel
 
 StartPose = tuple[float, float, float, float]

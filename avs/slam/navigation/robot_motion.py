@@ -24,7 +24,7 @@ class MotionSettings(StrictModel):
     """Sizes of the actions; the defaults are those of FisherRF's mapping."""
 
     forward: PositiveFloat = Field(default=0.05, description="metres of one action forward")
-    turn: float = Field(default=5.0, gt=0, le=180, description="degrees of one turn")
+    turn: float = Field(default=5.0, gt=0, le=45, description="degrees of one turn")
 
 
 @dataclass(frozen=True)
