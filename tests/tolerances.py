@@ -159,3 +159,10 @@ CUDA_CAPABILITY = 1e-2
 # Decibels: another order of sums makes another trajectory.
 CUDA_FIT = 1.5
 CUDA_EPISODE = 1.0
+
+# avs/slam/mapping/tracking.py: central differences over 2e-3 in a float32 loss of a few thousand pixels; Gaussians that
+# enter or leave a pixel at opacity 1/255 are steps of the loss. Relative to the largest gradient.
+SLAM_POSE_GRADIENT = 0.05
+# avs/slam/evaluation/seen_surface.py: a share of about a fifth counted in 40,000 draws has a standard error of 0.002;
+# four of them.
+SLAM_AREA_SHARE = 0.008

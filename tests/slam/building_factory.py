@@ -53,6 +53,22 @@ def room(width=4.0, length=3.0, height=2.5, things=()):
     return building(faces, rng.uniform(0.2, 0.9, (len(faces), 3)))
 
 
+def textured(mesh):
+    """Return a mesh of rectangles with a blurred pattern by chance on each, so that every place looks different."""
+    rng = np.random.default_rng(1)
+    faces = len(mesh.triangles) // 2
+    corners = np.array([[[0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]], np.float32)
+    pictures = tuple(rng.integers(30, 226, (12, 12, 3)).astype(np.uint8) for _ in range(faces))
+    return Building(
+        mesh.vertices,
+        mesh.triangles,
+        np.ones_like(mesh.vertices),
+        np.tile(corners, (faces, 1, 1)),
+        np.repeat(np.arange(faces, dtype=np.int32), 2),
+        pictures,
+    )
+
+
 def write_glb(path, positions, coordinates, triangles, picture=None, mime="image/png", **extra):
     """Write one textured mesh as a glTF file of one buffer."""
     chunks = [np.asarray(positions, "<f4").tobytes(), np.asarray(coordinates, "<f4").tobytes()]
