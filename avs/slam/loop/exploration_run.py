@@ -1,0 +1,192 @@
+"""Runs an exploration and writes its record, its times, and what its figures are drawn from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import astuple
+from pathlib import Path
+
+import numpy as np
+
+from avs.selection.contract import Resources
+from avs.slam.building.robot_camera import cameras_at
+from avs.slam.evaluation.map_quality import coverage_of, fused_cloud, map_quality
+from avs.slam.evaluation.seen_surface import SeenSurface
+from avs.slam.evaluation.trajectory_error import absolute_trajectory_error
+from avs.slam.exploration.frontiers import frontiers
+from avs.slam.exploration.occupancy import free_space
+from avs.slam.loop.exploration_checkpoint import load_exploration, save_exploration
+from avs.slam.loop.exploration_loop import BUDGET_SPENT, Exploration, pose_numbers
+from avs.slam.loop.exploration_record import CoveragePoint, ExplorationMeta, ExplorationRecord, FinalMeasures
+from avs.slam.loop.robot_world import World, open_world
+from avs.slam.loop.slam_settings import SlamSettings
+from avs.slam.scoring.path_choice import build_scorer
+from avs.slam.scoring.path_scorer import PathScorer
+from avs.system import provenance
+from avs.system.records import write_record
+from avs.system.tensor_files import write_tensors
+from metrics.coverage import nearest_distances
+
+Progress = Callable[[str], None]
+
+CHECKPOINT = "checkpoint.safetensors"
+MAPS = "maps.safetensors"
+MAPS_HEADER = "maps"
+
+_DECISIONS_BETWEEN = 10
+
+
+def run_exploration(
+    mesh: Path,
+    name: str,
+    settings: SlamSettings,
+    seed: int,
+    weights: Path | None,
+    out: Path,
+    progress: Progress,
+    code: str = "",
+) -> None:
+    """Explore a building and write to the folder ``out``; one that was killed goes on from its last checkpoint.
+
+    Written are ``maps.safetensors``, ``exploration.meta.json`` and, at the end, ``exploration.json``.
+
+    Args:
+        mesh: the building's file.
+        name: of the building, for records.
+        settings: of everything.
+        seed: of the start, the mapper and what chooses.
+        weights: of the scorer that a method of Task A names, or None.
+        out: folder of the results.
+        progress: receives one line about each point of the curve.
+        code: names the version of the program; a checkpoint of another one is not gone on from.
+
+    Raises:
+        UserError: the building, the start, the method or its weights are not as they need to be.
+    """
+    started, start = provenance.now(), provenance.clock("cpu")
+    world = open_world(mesh, name, settings, seed)
+    surface = SeenSurface(world.surface, world.simulator, settings.evaluation.threshold)
+    exploration = Exploration(world, settings, seed, surface)
+    scorer = build_scorer(settings.scorer, surface, Resources(weights))
+    checkpoint = out / CHECKPOINT
+    if load_exploration(checkpoint, exploration, code):
+        progress(f"{name}, {scorer.label}, seed {seed}: goes on at action {exploration.step}")
+    else:
+        exploration.begin()
+    told = 0
+    while not exploration.ended:
+        exploration.decide_and_go(scorer)
+        if len(exploration.curve) > told:
+            told = len(exploration.curve)
+            progress(_line(exploration, scorer, seed))
+        if exploration.decisions and len(exploration.decisions) % _DECISIONS_BETWEEN == 0 and not exploration.ended:
+            save_exploration(checkpoint, exploration, code)
+    with exploration.clocks.of("measure"):
+        exploration.measure()
+        record = _record(exploration, scorer, seed)
+    seconds = {**exploration.clocks.seconds, **exploration.mapper.seconds}
+    meta = ExplorationMeta(
+        seconds=seconds,
+        decision_seconds=exploration.clocks.decisions,
+        score_seconds=exploration.clocks.scores,
+        memory_bytes=exploration.clocks.memory,
+        total_seconds=provenance.clock("cpu") - start,
+        machine=provenance.machine("cpu"),
+        packages=provenance.packages(),
+        revision=provenance.revision(),
+        started=started,
+        finished=provenance.now(),
+    )
+    _write_maps(out / MAPS, exploration)
+    write_record(out / "exploration.meta.json", meta)
+    write_record(out / "exploration.json", record)
+    checkpoint.unlink(missing_ok=True)
+
+
+def _line(exploration: Exploration, scorer: PathScorer, seed: int) -> str:
+    point, steps = exploration.curve[-1], exploration.plan.steps
+    place = f"{exploration.world.name}, {scorer.label}, seed {seed}"
+    return f"{place}: action {point.step} of {steps}, coverage {100 * point.scr_means:.1f} %"
+
+
+def _record(exploration: Exploration, scorer: PathScorer, seed: int) -> ExplorationRecord:
+    world, settings = exploration.world, exploration.settings
+    notes = [f"{world.name}: {note}" for note in world.notes] + list(scorer.notes)
+    if exploration.ended != BUDGET_SPENT:
+        steps = f"after {exploration.step} of {settings.exploration.steps} actions"
+        notes.append(f"{world.name}, {scorer.label}, seed {seed}: ended {steps}, because {exploration.ended}")
+    return ExplorationRecord(
+        building=world.name,
+        building_hash=world.digest,
+        label=scorer.label,
+        seed=seed,
+        settings=settings.model_dump(mode="json"),
+        start=pose_numbers(world.start),
+        floor_area=world.floor_area,
+        surface_points=len(world.surface),
+        steps=exploration.step,
+        ended=exploration.ended,
+        notes=notes,
+        decisions=exploration.decisions,
+        curve=exploration.curve,
+        final=_final(exploration, world, settings),
+    )
+
+
+def _final(exploration: Exploration, world: World, settings: SlamSettings) -> FinalMeasures:
+    tensors, evaluation = exploration.mapper.tensors, settings.evaluation
+    cameras = cameras_at(exploration.trajectory, settings.camera)
+    places = range(0, len(cameras), evaluation.fused_every)
+    fused = fused_cloud(tensors, [cameras[place] for place in places], evaluation)
+    poses = list(world.poses)
+    quality = map_quality(tensors, world.simulator, poses, settings.camera, evaluation) if poses else None
+    error = None
+    if settings.mapper.tracking is not None:
+        found = np.array([-pose[:3, :3].T @ pose[:3, 3] for pose in exploration.mapper.poses])
+        error = absolute_trajectory_error(found, cameras.centers)
+    last = exploration.curve[-1]
+    return FinalMeasures(
+        scr_means=last.scr_means,
+        scr_fused=coverage_of(world.surface, fused, evaluation.threshold),
+        seen=last.seen,
+        scr_area=curve_area(exploration.curve, settings.exploration.steps),
+        depth_mae=None if quality is None else quality.depth_mae,
+        psnr=None if quality is None else quality.psnr,
+        ssim=None if quality is None else quality.ssim,
+        empty=None if quality is None else quality.empty,
+        poses=len(poses),
+        trajectory_error=error,
+        path_length=exploration.length,
+        collisions=exploration.collisions,
+    )
+
+
+def curve_area(curve: list[CoveragePoint], steps: int) -> float:
+    """Return the mean of the coverage over ``steps`` actions, by trapezoids; after an early end it stays as it was."""
+    x = [point.step for point in curve] + [max(steps, curve[-1].step)]
+    y = [point.scr_means for point in curve] + [curve[-1].scr_means]
+    return float(np.trapezoid(y, x) / x[-1]) if x[-1] else y[0]
+
+
+def _write_maps(path: Path, exploration: Exploration) -> None:
+    """Write what figures are drawn from; arrays are in metres in the building's upright axes."""
+    world, grid, tensors = exploration.world, exploration.grid, exploration.mapper.tensors
+    means = np.asarray(tensors["means"].detach().numpy())
+    free = free_space(grid, means, exploration.pose)
+    left = frontiers(grid, free, exploration.pose, exploration.plan.frontiers)
+    cells = [grid.centres(one.cells) for one in left]
+    arrays = {
+        "trajectory": np.array([astuple(pose) for pose in exploration.trajectory]),
+        "surface": world.surface.astype(np.float32),
+        "distance": nearest_distances(world.surface, means).astype(np.float32),
+        "seen": exploration.surface.seen,
+        "frontiers": np.concatenate([np.zeros((0, 2)), *cells]),
+        "occupied": (grid.occupied >= np.maximum(grid.free, 1)).astype(np.uint8),
+        "free": (grid.free > grid.occupied).astype(np.uint8),
+        "grid_origin": grid.origin,
+        "means": means,
+        "rgb": np.asarray(tensors["rgb"].detach().numpy()),
+        "opacities": np.asarray(tensors["opacities"].detach().numpy()),
+        "scales": np.asarray(tensors["scales"].detach().numpy()),
+    }
+    write_tensors(path, arrays, MAPS_HEADER, {"building": world.name, "cell": grid.settings.cell})
