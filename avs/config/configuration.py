@@ -15,6 +15,7 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 from avs.config.configuration_faults import check_numbers, readable
 from avs.config.distortion_config import DistortionConfig
 from avs.config.sensitivity_settings import SensitivitySettings, laid_over
+from avs.config.slam_config import SlamConfig
 from avs.coverage.coverage_settings import CoverageSettings
 from avs.datasets.captures import Captures
 from avs.datasets.reader import Reader
@@ -104,6 +105,9 @@ class Config(StrictModel):
     coverage: CoverageSettings | None = Field(
         default_factory=CoverageSettings,
         description="what the views of each episode cover of the scene in structure from motion; null to leave it out",
+    )
+    slam: SlamConfig | None = Field(
+        default=None, description="buildings that a robot explores, and what chooses its paths; null to leave it out"
     )
     sensitivity: SensitivitySettings | None = Field(
         default=None,

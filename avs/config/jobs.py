@@ -14,6 +14,7 @@ from pydantic import Field
 from avs.config.configuration import Config, DataSet, protocol_of, scorer_of, variant_of
 from avs.config.method_weights import absent_methods, choosing_elsewhere, scoring_methods
 from avs.config.scenes import scenes_in
+from avs.config.slam_config import BuildingJob, SlamConfig, SlamFigureJob, exploration_settings, slam_figure
 from avs.config.studied import studied_methods
 from avs.coverage.coverage_settings import CoverageJob, CoverageSettings, ReferenceJob
 from avs.datasets.folder_reader import FolderReader
@@ -220,6 +221,24 @@ def _coverage_table(config: Config, dataset: str) -> CoverageTableJob:
     )
 
 
+def _slam(config: Config) -> SlamConfig:
+    assert config.slam is not None  # its rules ask for nothing otherwise
+    return config.slam
+
+
+def _building(config: Config, name: str) -> BuildingJob:
+    return BuildingJob(building=_slam(config).buildings[name])
+
+
+def _exploration(config: Config, name: str) -> StrictModel:
+    building, method = name.split("/")
+    return exploration_settings(_slam(config), building, method)
+
+
+def _slam_figure(config: Config, _: str) -> SlamFigureJob:
+    return slam_figure(_slam(config))
+
+
 def coverage_lacking(config: Config) -> Reason | None:
     """Return why coverage cannot be measured here, or None if it can."""
     return why_not((config.coverage or CoverageSettings()).sfm)
@@ -245,6 +264,9 @@ JOBS: dict[str, Callable[[Config, str], StrictModel]] = {
     "coverage_table": _coverage_table,
     "coverage_maps": _figure,
     "coverage_over_views": _figure,
+    "building": _building,
+    "exploration": _exploration,
+    "slam_figure": _slam_figure,
 }
 """What makes the settings of a rule's jobs: from the configuration and the name of a method, scene, data set or scorer,
 or those of a variant and a method. Where all jobs of a rule read the same, that name is empty."""

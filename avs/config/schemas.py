@@ -14,6 +14,7 @@ from avs.nvs.program import ViewList
 from avs.nvs.record import Episode, EpisodeMeta
 from avs.nvs.timing_record import Runtime
 from avs.scene.scene import SceneFile
+from avs.slam.loop.exploration_record import ExplorationMeta, ExplorationRecord
 from avs.system.files import write_json
 from avs.system.records import DIGEST
 
@@ -28,6 +29,8 @@ SCHEMAS: dict[str, type[BaseModel]] = {
     "coverage.json": Coverage,
     "coverage.meta.json": CoverageMeta,
     "reference.json": Reference,
+    "exploration.json": ExplorationRecord,
+    "exploration.meta.json": ExplorationMeta,
 }
 
 

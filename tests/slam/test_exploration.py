@@ -12,7 +12,7 @@ from avs.slam.exploration.exploration_settings import FrontierSettings, Occupanc
 from avs.slam.exploration.frontiers import Candidate, candidates, eroded, frontiers
 from avs.slam.exploration.occupancy import empty_occupancy, free_space, vote
 from avs.slam.exploration.planned_paths import followed, obstacle_cost, planned_paths
-from avs.slam.navigation.robot_motion import MotionSettings
+from avs.slam.navigation.agent_settings import MotionSettings
 
 CAMERA = CameraSettings(width=160, height=120)
 SETTINGS = OccupancySettings(cells=160)

@@ -59,7 +59,7 @@ def settings(scorer=None, steps=110, **more):
 
 
 def run(mesh, out, scorer=None, seed=0, **more):
-    run_exploration(mesh, "rooms", settings(scorer, **more), seed, None, out, lambda line: None)
+    run_exploration(mesh, "rooms", "method", settings(scorer, **more), seed, None, out, lambda line: None)
     return read_record(out / "exploration.json", ExplorationRecord)
 
 
@@ -193,9 +193,12 @@ def test_a_closed_room_is_explored_and_the_run_goes_on_anywhere(tmp_path):
 
 
 def test_a_robot_that_cannot_move_ends_with_a_note(tmp_path):
+    # free space that is eroded more than it is wide leaves no place to go to
     made = building(box_faces((0, 0, 0), (1.1, 1.3, 2.5)))
     (tmp_path / "cell.ply").write_bytes(ply_bytes(made.vertices, made.triangles))
     more = {"agent": {"least_island": 0.5}, "simulator": {"samples": 1, "frame": {"up": "z"}}}
+    exploration = {"steps": 110, "turns": 72, "occupancy": {"cells": 200}, "frontiers": {"erosion": 80}}
+    more |= {"exploration": exploration}
     record = run(tmp_path / "cell.ply", tmp_path / "out", start=(0.5, 0.6, 0.0, 0.0), **more)
     assert record.steps < 110
     assert "no frontier is left" in record.ended

@@ -9,9 +9,10 @@ from building_factory import box_faces, building, quad, room
 
 from avs.datasets.embedded.geometry.raycast import Caster
 from avs.slam.building.robot_camera import Pose
-from avs.slam.navigation.floor_map import AgentSettings, find_floor
+from avs.slam.navigation.agent_settings import AgentSettings, MotionSettings
+from avs.slam.navigation.floor_map import find_floor
 from avs.slam.navigation.grid_paths import in_sight, shortest_path, straightened, travel_costs
-from avs.slam.navigation.robot_motion import MotionSettings, move, random_poses
+from avs.slam.navigation.robot_motion import move, random_poses
 from avs.system.errors import UserError
 
 AGENT = AgentSettings()

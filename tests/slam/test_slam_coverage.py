@@ -9,12 +9,14 @@ from tolerances import SLAM_AREA_SHARE
 
 from avs.slam.building.robot_camera import CameraSettings, Pose, camera_at
 from avs.slam.building.simulator import Simulator
-from avs.slam.evaluation.map_quality import EvaluationSettings, coverage_of, fused_cloud, map_quality
+from avs.slam.evaluation.evaluation_settings import EvaluationSettings
+from avs.slam.evaluation.map_quality import coverage_of, fused_cloud, map_quality
 from avs.slam.evaluation.seen_surface import SeenSurface, surface_samples, visible_from_floor
 from avs.slam.mapping.gaussian_map import empty_map
 from avs.slam.mapping.mapper import Mapper
 from avs.slam.mapping.mapper_settings import KeyframeSettings, MapperSettings
-from avs.slam.navigation.floor_map import AgentSettings, find_floor
+from avs.slam.navigation.agent_settings import AgentSettings
+from avs.slam.navigation.floor_map import find_floor
 
 CAMERA = CameraSettings(width=96, height=72)
 SETTINGS = EvaluationSettings()

@@ -7,24 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import Field, PositiveInt
 
 from avs.datasets.embedded.geometry.raycast import Caster
 from avs.scene.cameras import Cameras
 from avs.slam.building.building_files import read_building
-from avs.slam.building.building_frame import FrameSettings, upright
+from avs.slam.building.building_frame import upright
 from avs.slam.building.building_mesh import Building, FloatArray
+from avs.slam.building.simulator_settings import SimulatorSettings
 from avs.slam.building.surface_colors import SurfaceColors
-from avs.system.models import StrictModel
-
-
-class SimulatorSettings(StrictModel):
-    """How a mesh is read and rendered."""
-
-    frame: FrameSettings = Field(default=FrameSettings(), description="axes and unit of the mesh")
-    samples: PositiveInt = Field(
-        default=2, description="rays per pixel along each axis, of which the colour is the mean; depth is of the centre"
-    )
 
 
 @dataclass(frozen=True)

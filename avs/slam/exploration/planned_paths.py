@@ -14,8 +14,9 @@ from avs.slam.building.robot_camera import Pose
 from avs.slam.exploration.exploration_settings import PathSettings
 from avs.slam.exploration.frontiers import Candidate
 from avs.slam.exploration.occupancy import Occupancy
+from avs.slam.navigation.agent_settings import MotionSettings
 from avs.slam.navigation.grid_paths import Grid, shortest_path, straightened
-from avs.slam.navigation.robot_motion import Action, MotionSettings
+from avs.slam.navigation.robot_motion import Action
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,12 @@ from avs.system.models import StrictModel
 PoseNumbers = tuple[float, float, float, float]
 """x, y, height of the floor in metres, direction in radians."""
 
+MAPS = "maps.safetensors"
+"""Name of the file beside the record that figures are drawn from."""
+
+MAPS_HEADER = "maps"
+"""Name of its metadata entry."""
+
 LETTERS = {"forward": "F", "left": "L", "right": "R"}
 """How a record writes actions."""
 
@@ -89,7 +95,8 @@ class ExplorationRecord(StrictModel):
     schema_version: Literal[1] = 1
     building: str
     building_hash: str = Field(description="SHA-256 of the mesh's file")
-    label: str = Field(description="printed name of what chose the paths")
+    method: str = Field(description="identifier of what chose the paths")
+    label: str = Field(description="its printed name")
     seed: int
     settings: dict[str, Any]
     start: PoseNumbers

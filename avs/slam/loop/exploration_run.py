@@ -17,7 +17,14 @@ from avs.slam.exploration.frontiers import frontiers
 from avs.slam.exploration.occupancy import free_space
 from avs.slam.loop.exploration_checkpoint import load_exploration, save_exploration
 from avs.slam.loop.exploration_loop import BUDGET_SPENT, Exploration, pose_numbers
-from avs.slam.loop.exploration_record import CoveragePoint, ExplorationMeta, ExplorationRecord, FinalMeasures
+from avs.slam.loop.exploration_record import (
+    MAPS,
+    MAPS_HEADER,
+    CoveragePoint,
+    ExplorationMeta,
+    ExplorationRecord,
+    FinalMeasures,
+)
 from avs.slam.loop.robot_world import World, open_world
 from avs.slam.loop.slam_settings import SlamSettings
 from avs.slam.scoring.path_choice import build_scorer
@@ -30,8 +37,6 @@ from metrics.coverage import nearest_distances
 Progress = Callable[[str], None]
 
 CHECKPOINT = "checkpoint.safetensors"
-MAPS = "maps.safetensors"
-MAPS_HEADER = "maps"
 
 _DECISIONS_BETWEEN = 10
 
@@ -39,6 +44,7 @@ _DECISIONS_BETWEEN = 10
 def run_exploration(
     mesh: Path,
     name: str,
+    method: str,
     settings: SlamSettings,
     seed: int,
     weights: Path | None,
@@ -53,6 +59,7 @@ def run_exploration(
     Args:
         mesh: the building's file.
         name: of the building, for records.
+        method: identifier of what chooses, for records.
         settings: of everything.
         seed: of the start, the mapper and what chooses.
         weights: of the scorer that a method of Task A names, or None.
@@ -83,7 +90,7 @@ def run_exploration(
             save_exploration(checkpoint, exploration, code)
     with exploration.clocks.of("measure"):
         exploration.measure()
-        record = _record(exploration, scorer, seed)
+        record = _record(exploration, method, scorer, seed)
     seconds = {**exploration.clocks.seconds, **exploration.mapper.seconds}
     meta = ExplorationMeta(
         seconds=seconds,
@@ -109,7 +116,7 @@ def _line(exploration: Exploration, scorer: PathScorer, seed: int) -> str:
     return f"{place}: action {point.step} of {steps}, coverage {100 * point.scr_means:.1f} %"
 
 
-def _record(exploration: Exploration, scorer: PathScorer, seed: int) -> ExplorationRecord:
+def _record(exploration: Exploration, method: str, scorer: PathScorer, seed: int) -> ExplorationRecord:
     world, settings = exploration.world, exploration.settings
     notes = [f"{world.name}: {note}" for note in world.notes] + list(scorer.notes)
     if exploration.ended != BUDGET_SPENT:
@@ -118,6 +125,7 @@ def _record(exploration: Exploration, scorer: PathScorer, seed: int) -> Explorat
     return ExplorationRecord(
         building=world.name,
         building_hash=world.digest,
+        method=method,
         label=scorer.label,
         seed=seed,
         settings=settings.model_dump(mode="json"),

@@ -7,30 +7,19 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import Field, NonNegativeFloat, PositiveFloat
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from avs.datasets.embedded.geometry.raycast import Caster
 from avs.slam.building.building_mesh import FloatArray
 from avs.slam.building.robot_camera import Pose
+from avs.slam.navigation.agent_settings import AgentSettings
 from avs.system.errors import UserError
-from avs.system.models import StrictModel
 
 _LAYERS = 24
 _BELOW = 0.01
 _STEEPEST = math.cos(math.radians(45))
 _ROOFED = 0.5
-
-
-class AgentSettings(StrictModel):
-    """The body of a robot; the defaults are Habitat's."""
-
-    radius: PositiveFloat = Field(default=0.1, description="of its body, metres")
-    height: PositiveFloat = Field(default=1.5, description="of its body, metres")
-    step: NonNegativeFloat = Field(default=0.2, description="greatest height that it climbs at once, metres")
-    cell: PositiveFloat = Field(default=0.05, description="edge of a cell of the map of the floor, metres")
-    least_island: PositiveFloat = Field(default=1.0, description="area of floor that is worth exploring, square metres")
 
 
 @dataclass(frozen=True)

@@ -8,23 +8,15 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import Field, PositiveFloat
 
 from avs.slam.building.robot_camera import Pose
+from avs.slam.navigation.agent_settings import MotionSettings
 from avs.slam.navigation.floor_map import FloorMap
-from avs.system.models import StrictModel
 
 Action = Literal["forward", "left", "right"]
 
 _SUB_STEP = 0.01
 _SLIDES = tuple(math.radians(sign * angle) for angle in (15, 30, 45, 60, 75) for sign in (1, -1))
-
-
-class MotionSettings(StrictModel):
-    """Sizes of the actions; the defaults are those of FisherRF's mapping."""
-
-    forward: PositiveFloat = Field(default=0.05, description="metres of one action forward")
-    turn: float = Field(default=5.0, gt=0, le=45, description="degrees of one turn")
 
 
 @dataclass(frozen=True)

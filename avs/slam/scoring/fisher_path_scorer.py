@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 import torch
-from pydantic import Field, PositiveFloat, PositiveInt
 
 from avs.rasterizer.fisher_diagonal import fisher_diagonal
 from avs.representations.gaussians.initialization import SH_DEGREE_0
@@ -18,34 +16,7 @@ from avs.slam.building.robot_camera import camera_at
 from avs.slam.exploration.planned_paths import PlannedPath
 from avs.slam.mapping.gaussian_map import MapTensors, camera_tensors
 from avs.slam.scoring.path_scorer import FloatArray, Moment, Shortlist
-from avs.system.models import StrictModel
-
-
-class FisherPathSettings(StrictModel):
-    """FisherRF's constants; the defaults are those of its code."""
-
-    kind: Literal["fisherrf"] = Field(default="fisherrf", description="FisherRF as its mapping was released")
-    gradient: PositiveFloat = Field(
-        default=1e-3, description="gradient of each pixel's channels; the information scales with its square"
-    )
-    endpoint_regularisation: PositiveFloat = Field(
-        default=0.1, description="lambda of the endpoint's score, which the code does not take from its settings"
-    )
-    path_regularisation: PositiveFloat = Field(default=1e-6, description="lambda of the information along a path")
-    endpoint_weight: float = Field(default=30.0, ge=0, description="of the endpoint's score in that of the path")
-    endpoint: Literal["plain", "logarithm"] = Field(
-        default="plain",
-        description="plain: the endpoint's score is added as it is, as released; logarithm: its logarithm is, as "
-        "that of the information along the path",
-    )
-    every: PositiveInt = Field(default=5, description="actions between the poses of a path that are looked at")
-    frame: Literal["camera", "world"] = Field(
-        default="camera", description="axes of the positions that the information is of; released: each camera's own"
-    )
-    keyframes: PositiveInt | None = Field(
-        default=None,
-        description="at most so many keyframes, evenly spread, make up what is known; null: all, as released",
-    )
+from avs.slam.scoring.path_settings import FisherPathSettings
 
 
 @dataclass(frozen=True)

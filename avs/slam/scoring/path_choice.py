@@ -1,44 +1,22 @@
-"""What chooses a path, by name: settings, and the scorer that they make."""
+"""The chooser of paths that settings make."""
 
 from __future__ import annotations
-
-from typing import Annotated, Literal
-
-from pydantic import Field
 
 from avs.selection.contract import Resources
 from avs.selection.registry import create_settings, find
 from avs.slam.evaluation.seen_surface import SeenSurface
-from avs.slam.scoring.fisher_path_scorer import FisherPathScorer, FisherPathSettings
+from avs.slam.scoring.fisher_path_scorer import FisherPathScorer
 from avs.slam.scoring.oracle_scorer import OracleScorer
 from avs.slam.scoring.path_scorer import PathScorer
+from avs.slam.scoring.path_settings import (
+    FisherPathSettings,
+    NearestSettings,
+    OracleSettings,
+    PathScorerSettings,
+    RandomPathSettings,
+)
 from avs.slam.scoring.plain_scorers import NearestScorer, RandomPathScorer
-from avs.slam.scoring.selector_scorer import SelectorPathSettings, SelectorScorer
-from avs.system.models import StrictModel
-
-
-class NearestSettings(StrictModel):
-    """The nearest candidate."""
-
-    kind: Literal["nearest"] = Field(default="nearest", description="the shortest path")
-
-
-class RandomPathSettings(StrictModel):
-    """A path by chance."""
-
-    kind: Literal["random"] = Field(default="random", description="a path by chance")
-
-
-class OracleSettings(StrictModel):
-    """The greedy oracle."""
-
-    kind: Literal["oracle"] = Field(default="oracle", description="most new surface by metre, by the true mesh")
-
-
-PathScorerSettings = Annotated[
-    NearestSettings | RandomPathSettings | OracleSettings | FisherPathSettings | SelectorPathSettings,
-    Field(discriminator="kind"),
-]
+from avs.slam.scoring.selector_scorer import SelectorScorer
 
 
 def build_scorer(settings: PathScorerSettings, surface: SeenSurface, resources: Resources) -> PathScorer:

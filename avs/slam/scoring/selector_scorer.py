@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field, PositiveInt
 
 from avs.scene.cameras import concatenate
 from avs.scene.views import Views
@@ -17,32 +15,8 @@ from avs.slam.building.robot_camera import Pose, cameras_at
 from avs.slam.exploration.planned_paths import PlannedPath
 from avs.slam.mapping.map_view import OFFERS, MapView
 from avs.slam.scoring.path_scorer import FloatArray, Moment, Shortlist, drawn
+from avs.slam.scoring.path_settings import SelectorPathSettings
 from avs.system.errors import UserError
-from avs.system.models import StrictModel
-
-
-def _identifier(name: str) -> str:
-    if not name:
-        raise ValueError("a method has a name")
-    return name
-
-
-class SelectorPathSettings(StrictModel):
-    """A method of Task A."""
-
-    kind: Literal["selector"] = Field(default="selector", description="a method of avs.selectors")
-    method: Annotated[str, AfterValidator(_identifier)] = Field(description="its identifier, such as ours-repvit")
-    settings: dict[str, Any] = Field(default={}, description="those of the method, as under selectors")
-    views: Literal["endpoint", "path"] = Field(
-        default="path", description="endpoint: the view at the candidate alone; path: some along the way, and it"
-    )
-    every: PositiveInt = Field(default=5, description="actions between the views along a path")
-    aggregate: Literal["mean", "best", "worst", "sum"] = Field(
-        default="mean", description="of the scores of a path's views, in the method's own direction"
-    )
-    keyframes: PositiveInt | None = Field(
-        default=None, description="at most so many keyframes, evenly spread, are shown as captured views; null: all"
-    )
 
 
 class SelectorScorer:

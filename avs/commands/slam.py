@@ -1,0 +1,94 @@
+"""Commands of active SLAM."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from avs.commands.arguments import Log, Out, Seed, SettingsFile, Stem, Weights
+from avs.system.compatibility import limit_threads
+from avs.system.job_process import job
+from avs.system.records import read_settings
+
+commands = typer.Typer()
+
+Explorations = Annotated[list[Path], typer.Argument(help="records of explorations, exploration.json")]
+
+
+@commands.command()
+def building(settings: SettingsFile, out: Out, log: Log = None) -> None:
+    """Make an embedded flat as a mesh with coloured vertices."""
+    with job(log):
+        from avs.config.slam_config import ApartmentBuilding, BuildingJob
+        from avs.datasets.embedded import make_apartment
+
+        told = read_settings(settings, BuildingJob).building
+        assert isinstance(told, ApartmentBuilding)  # others are files already
+        make_apartment(told.seed, out)
+
+
+@commands.command()
+def exploration(
+    mesh: Annotated[Path, typer.Argument(help="the building, a .glb, .gltf, .obj or .ply file")],
+    name: Annotated[str, typer.Argument(help="its name in records")],
+    method: Annotated[str, typer.Argument(help="identifier of what chooses the paths, in records")],
+    seed: Seed,
+    settings: SettingsFile,
+    out: Out,
+    weights: Weights = None,
+    log: Log = None,
+) -> None:
+    """Explore a building once; one that was killed goes on from its last checkpoint in the folder of its results."""
+    with job(log) as console:
+        from avs.slam.loop.exploration_run import run_exploration
+        from avs.slam.loop.slam_settings import SlamSettings
+        from avs.system.code_inputs import sources, stamp
+
+        limit_threads()
+        code = stamp(sources("avs.slam.loop.exploration_run"))
+        told = read_settings(settings, SlamSettings)
+        run_exploration(mesh, name, method, told, seed, weights, out, console.progress, code)
+
+
+@commands.command("active_slam")
+def active_slam(
+    records: Explorations,
+    settings: SettingsFile,
+    published: Annotated[Path, typer.Option(help="the paper's values")],
+    out: Stem,
+    log: Log = None,
+) -> None:
+    """Write the table of explorations as csv, md and tex."""
+    with job(log):
+        from avs.config.slam_config import SlamFigureJob
+        from avs.report.tables.active_slam import write_active_slam
+
+        told = read_settings(settings, SlamFigureJob)
+        write_active_slam(records, told.buildings, told.methods, published, out)
+
+
+@commands.command("slam_maps")
+def slam_maps(
+    records: Explorations,
+    maps: Annotated[list[Path], typer.Option(help="maps.safetensors of each of them, in the same order")],
+    out: Stem,
+    log: Log = None,
+) -> None:
+    """Draw where each exploration went and what it covered, seen from above."""
+    with job(log):
+        from avs.report.figures.slam_maps import write_slam_maps
+
+        write_slam_maps(records, maps, out)
+
+
+@commands.command("slam_over_steps")
+def slam_over_steps(records: Explorations, settings: SettingsFile, out: Stem, log: Log = None) -> None:
+    """Draw the coverage over the actions of the robot."""
+    with job(log):
+        from avs.config.slam_config import SlamFigureJob
+        from avs.report.figures.slam_over_steps import write_slam_over_steps
+
+        told = read_settings(settings, SlamFigureJob)
+        write_slam_over_steps(records, told.buildings, told.methods, out)

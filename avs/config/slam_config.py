@@ -1,0 +1,71 @@
+"""The explorations of a run: which buildings, what chooses the paths, and everything else that they are made of."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from avs.slam.loop.slam_settings import RobotSettings, SlamSettings, StartPose
+from avs.slam.scoring.path_settings import PathScorerSettings
+from avs.system.models import Different, Seed, StrictModel
+
+BuildingName = Annotated[str, Field(pattern=r"^[a-z0-9_]+$")]
+MethodName = Annotated[str, Field(pattern=r"^[a-z0-9-]+$")]
+
+
+class ApartmentBuilding(StrictModel):
+    """An embedded flat of four to six furnished rooms."""
+
+    source: Literal["apartment"] = Field(default="apartment", description="a flat that is drawn from a seed")
+    seed: Seed = Field(default=3, description="of the flat; not all have doors that furniture leaves open")
+    start: StartPose | None = Field(default=None, description="of the robot; null: by chance, by the seed")
+
+
+class MeshBuilding(StrictModel):
+    """A building of one's own."""
+
+    source: Literal["mesh"] = Field(default="mesh", description="a mesh from a file")
+    file: str = Field(description="a .glb, .gltf, .obj or .ply file, such as those of Gibson, HM3D or Replica")
+    start: StartPose | None = Field(default=None, description="of the robot; null: by chance, by the seed")
+
+
+AnyBuilding = Annotated[ApartmentBuilding | MeshBuilding, Field(discriminator="source")]
+
+
+class SlamConfig(StrictModel):
+    """Active SLAM: a robot explores buildings, and what chooses its paths is compared."""
+
+    buildings: dict[BuildingName, AnyBuilding] = Field(min_length=1, description="by name, in the order of rows")
+    methods: dict[MethodName, PathScorerSettings] = Field(
+        min_length=1, description="what chooses the paths, by identifier, in the order of rows"
+    )
+    seeds: Annotated[tuple[Seed, ...], Different] = Field(
+        default=(0,), min_length=1, description="each exploration runs once with each; it draws the start, too"
+    )
+    robot: RobotSettings = Field(default=RobotSettings(), description="everything else")
+
+
+class BuildingJob(StrictModel):
+    """What the making of a building reads."""
+
+    building: AnyBuilding = Field(description="which")
+
+
+class SlamFigureJob(StrictModel):
+    """What a figure or table of explorations reads."""
+
+    buildings: tuple[str, ...] = Field(description="names, in order")
+    methods: tuple[str, ...] = Field(description="identifiers, in order")
+    seeds: tuple[int, ...] = Field(description="of the records")
+
+
+def exploration_settings(slam: SlamConfig, building: str, method: str) -> SlamSettings:
+    """Return what an exploration of ``building`` by ``method`` reads."""
+    start, scorer = slam.buildings[building].start, slam.methods[method]
+    return SlamSettings.model_validate({**dict(slam.robot), "scorer": scorer, "start": start})
+
+
+def slam_figure(slam: SlamConfig) -> SlamFigureJob:
+    """Return which records a figure or table holds."""
+    return SlamFigureJob(buildings=tuple(slam.buildings), methods=tuple(slam.methods), seeds=slam.seeds)

@@ -1,0 +1,142 @@
+"""Draws explorations seen from above: the truth, what was covered, the way, frontiers, and choices."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from avs.report.figures.over_views import STYLE, save_figure
+from avs.report.formats.plain_text import one_line
+from avs.slam.loop.exploration_record import MAPS_HEADER, ExplorationRecord
+from avs.system.errors import UserError
+from avs.system.records import read_record
+from avs.system.tensor_files import read_tensors
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_REMEDY = "run the job that makes it again"
+_CELL = 0.05  # metres of a pixel of a map
+_CEILING = 1.8  # metres above the floor: what lies higher would hide the rooms
+_COLUMNS = 3
+_PANEL_WIDTH = 2.9  # inches
+_COVERED = "RdYlBu"
+
+
+@dataclass(frozen=True)
+class _Explored:
+    """A record with the arrays of ``exploration_record.MAPS``."""
+
+    record: ExplorationRecord
+    arrays: dict[str, npt.NDArray[Any]]
+
+
+def write_slam_maps(records: Sequence[Path], maps: Sequence[Path], out: Path) -> None:
+    """Write ``out`` with the suffixes ``.pdf`` and ``.png``: a map for each exploration, all of one building and start.
+
+    A map shows, from above and without what lies higher than 1.8 m, the share of the surface that can be seen in each
+    column of 5 cm which lies within the threshold of a Gaussian's centre, from red (none) to blue (all); the way of the
+    robot, from dark to bright; frontiers that were left; and the candidates that were chosen, and those that were not.
+    Equal records give equal bytes.
+
+    Args:
+        records: ``exploration.json`` of each.
+        maps: their ``maps.safetensors``, in the same order.
+        out: path of the figure without suffix.
+
+    Raises:
+        UserError: no record; or one is missing or damaged.
+    """
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    explored = [_read(path, arrays) for path, arrays in zip(records, maps, strict=True)]
+    if not explored:
+        raise UserError("maps of explorations", "no record", "pass at least one exploration.json")
+    low, high = _box(explored)
+    with mpl.rc_context(STYLE):
+        columns = min(len(explored), _COLUMNS)
+        rows = -(-len(explored) // columns)
+        height = _PANEL_WIDTH * float((high - low)[1] / (high - low)[0])
+        figure = Figure(figsize=(columns * _PANEL_WIDTH, rows * (height + 0.35) + 0.55), layout="constrained")
+        axes = figure.subplots(rows, columns, squeeze=False).ravel()
+        for place, one in zip(axes, explored, strict=False):
+            _draw(place, one, low, high)
+        for place in axes[len(explored) :]:
+            place.remove()
+        handles, labels = axes[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=4)
+        save_figure(figure, out)
+
+
+def _read(path: Path, arrays: Path) -> _Explored:
+    return _Explored(read_record(path, ExplorationRecord), read_tensors(arrays, MAPS_HEADER, _REMEDY)[0])
+
+
+def _box(explored: Sequence[_Explored]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return the corners ``[2]`` of what all maps show."""
+    surface = explored[0].arrays["surface"][:, :2].astype(np.float64)
+    return surface.min(axis=0) - 0.2, surface.max(axis=0) + 0.2
+
+
+def _draw(axes: Axes, explored: _Explored, low: npt.NDArray[np.float64], high: npt.NDArray[np.float64]) -> None:
+    record, arrays = explored.record, explored.arrays
+    extent = (low[0], high[0], low[1], high[1])
+    covered = _covered(explored, low, high)
+    axes.imshow(covered.T, origin="lower", extent=extent, cmap=_COVERED, vmin=0, vmax=1, interpolation="nearest")
+    rejected, chosen = _candidates(record)
+    axes.scatter(
+        rejected[:, 0], rejected[:, 1], s=0.4, color="#999999", linewidths=0, label="candidates", rasterized=True
+    )
+    left = arrays["frontiers"]
+    if len(left):
+        axes.scatter(left[:, 0], left[:, 1], s=1.0, color="#009E73", linewidths=0, label="frontiers left")
+    way = arrays["trajectory"]
+    axes.scatter(way[:, 0], way[:, 1], s=1.2, c=np.arange(len(way)), cmap="plasma", linewidths=0, rasterized=True)
+    axes.scatter(chosen[:, 0], chosen[:, 1], s=7, facecolors="none", edgecolors="black", linewidths=0.5, label="chosen")
+    axes.plot(way[0, 0], way[0, 1], "^", color="black", markersize=4, label="start")
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(low[1], high[1])
+    axes.set_aspect("equal")
+    axes.grid(False)
+    axes.tick_params(labelsize=6)
+    percent = f"{100 * record.final.scr_means:.1f} %"
+    axes.set_title(f"{one_line(record.label)}: {percent}, {record.final.path_length:.0f} m", loc="left")
+
+
+def _covered(
+    explored: _Explored, low: npt.NDArray[np.float64], high: npt.NDArray[np.float64]
+) -> npt.NDArray[np.float64]:
+    """Return the share ``[nx, ny]`` of each column's surface below the ceiling that is covered; NaN without any."""
+    record, arrays = explored.record, explored.arrays
+    surface = arrays["surface"].astype(np.float64)
+    shown = surface[:, 2] - record.start[2] <= _CEILING
+    places = surface[shown, :2]
+    near = arrays["distance"][shown] < float(record.settings["evaluation"]["threshold"])
+    counts = np.ceil((high - low) / _cell(len(places), low, high)).astype(int)
+    columns, rows = np.minimum((places - low) // ((high - low) / counts), counts - 1).astype(int).T
+    total, reached = np.zeros(counts), np.zeros(counts)
+    np.add.at(total, (columns, rows), 1)
+    np.add.at(reached, (columns, rows), near)
+    return np.where(total > 0, reached / np.maximum(total, 1), np.nan)
+
+
+def _cell(points: int, low: npt.NDArray[np.float64], high: npt.NDArray[np.float64]) -> float:
+    """Return the edge of a column, at least 5 cm, that has two points of the surface in the mean."""
+    return max(_CELL, float(np.sqrt(2 * np.prod(high - low) / max(points, 1))))
+
+
+def _candidates(record: ExplorationRecord) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return the places ``[n, 2]`` of candidates that were not chosen, and of those that were."""
+    rejected, chosen = [np.zeros((0, 2))], [np.zeros((0, 2))]
+    for decision in record.decisions:
+        places = np.array(decision.candidates)[:, :2]
+        taken = decision.paths[decision.chosen].candidate
+        rejected.append(np.delete(places, taken, axis=0))
+        chosen.append(places[taken : taken + 1])
+    return np.concatenate(rejected), np.concatenate(chosen)

@@ -1,0 +1,209 @@
+"""The table of active SLAM, the paper's Table 4."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from avs.report.collect_explorations import Explorations, read_explorations
+from avs.report.document import Cell, Column, Document, Group, Listing, Row
+from avs.report.formats.numbers import EXTRA_DECIMALS, plain
+from avs.report.formats.writing import write_document
+from avs.report.published import read_published
+from avs.report.tables.arrangement import ranks
+from avs.slam.loop.exploration_record import ExplorationMeta, ExplorationRecord
+from metrics.definitions import Metric
+
+FIELDS = ("building", "method", "metric", "value", "spread", "seeds", "published")
+"""Columns of the csv file."""
+
+RUN_FIELDS = ("building", "method", "seed", "metric", "value")
+"""Columns of the csv file of explorations."""
+
+CURVE_FIELDS = ("building", "method", "seed", "step", "scr_means", "seen", "gaussians", "path_length")
+"""Columns of the csv file of curves."""
+
+PROPOSED = "ours"
+
+Value = Callable[[ExplorationRecord, ExplorationMeta], float | None]
+
+_COLUMNS: tuple[tuple[Metric, Value], ...] = (
+    (
+        Metric("scr_percent", "SCR", True, 2, "%", "visible surface within 5 cm of a Gaussian's centre"),
+        lambda record, meta: 100 * record.final.scr_means,
+    ),
+    (
+        Metric("scr_fused_percent", "SCR (depth)", True, 2, "%", "visible surface within 5 cm of fused rendered depth"),
+        lambda record, meta: 100 * record.final.scr_fused,
+    ),
+    (
+        Metric("seen_percent", "seen", True, 2, "%", "visible surface that the depth camera has seen"),
+        lambda record, meta: 100 * record.final.seen,
+    ),
+    (
+        Metric("scr_area_percent", "SCR area", True, 2, "%", "mean of SCR over the actions"),
+        lambda record, meta: 100 * record.final.scr_area,
+    ),
+    (
+        Metric("depth_mae_metres", "Depth MAE", False, 3, "m", "mean absolute error of rendered depth"),
+        lambda record, meta: record.final.depth_mae,
+    ),
+    (
+        Metric("psnr", "PSNR", True, 2, "dB", "of renderings at poses all over the floor"),
+        lambda record, meta: record.final.psnr,
+    ),
+    (
+        Metric("ssim", "SSIM", True, 3, "", "of renderings at poses all over the floor"),
+        lambda record, meta: record.final.ssim,
+    ),
+    (Metric("path_metres", "path", None, 1, "m", "length of the way"), lambda record, meta: record.final.path_length),
+    (
+        Metric("decisions", "decisions", None, 0, "", "choices of a path"),
+        lambda record, meta: float(len(record.decisions)),
+    ),
+    (
+        Metric("decision_seconds", "per decision", None, 2, "s", "mean time of one choice"),
+        lambda record, meta: float(np.mean(meta.decision_seconds)) if meta.decision_seconds else None,
+    ),
+)
+
+_PAPER = ("scr_percent", "depth_mae_metres", "psnr")
+
+
+def write_active_slam(
+    records: Sequence[Path], buildings: Sequence[str], methods: Sequence[str], published: Path, out: Path
+) -> None:
+    """Write ``out`` with ``.csv``, ``.md`` and ``.tex``, ``_per_run.csv`` and ``_curves.csv``.
+
+    Args:
+        records: ``exploration.json`` files.
+        buildings: names, in the order of groups.
+        methods: identifiers, in the order of rows; each has its row in each building.
+        published: the paper's values.
+        out: path of the table without suffix.
+
+    Raises:
+        UserError: no record; one is missing, damaged or not comparable; or the published values cannot be read.
+    """
+    write_document(active_slam(read_explorations(records), buildings, methods, published), out)
+
+
+def active_slam(
+    explorations: Explorations, buildings: Sequence[str], methods: Sequence[str], published: Path
+) -> Document:
+    """Return the table: one group of rows for each building, the paper's values beside those that it has."""
+    paper = read_published(published).values
+    columns = tuple(
+        Column(metric, "published, Gibson" if metric.identifier in _PAPER else None) for metric, _ in _COLUMNS
+    )
+    groups, listed = [], []
+    for building in buildings:
+        cells = {method: _cells(explorations, building, method, paper) for method in methods}
+        groups.append(Group(building, _rows(explorations, columns, methods, cells)))
+        listed += _listed(explorations, building, methods, cells)
+    return Document(
+        label="active-slam",
+        caption=_caption(explorations),
+        columns=columns,
+        groups=tuple(groups),
+        notes=tuple(dict.fromkeys(_notes(explorations, methods))),
+        listing=Listing(FIELDS, tuple(listed)),
+        appendices={"_per_run": _per_run(explorations), "_curves": _curves(explorations)},
+    )
+
+
+def _cells(explorations: Explorations, building: str, method: str, paper: Mapping[tuple[str, str], str]) -> list[Cell]:
+    """Return the mean over seeds, and their standard deviation where there are several, of each column."""
+    places = [place for place in sorted(explorations.cells) if place[:2] == (building, method)]
+    cells: list[Cell] = []
+    for metric, value in _COLUMNS:
+        values = [value(explorations.cells[place], explorations.metas[place]) for place in places]
+        numbers = [number for number in values if number is not None]
+        beside = paper.get((method, metric.identifier)) if metric.identifier in _PAPER else None
+        if not numbers:
+            cells.append(Cell(published=beside, cause="no record" if not places and not cells else None))
+            continue
+        spread = float(np.std(numbers, ddof=1)) if len(numbers) > 1 and metric.higher_is_better is not None else None
+        cells.append(Cell(float(np.mean(numbers)), spread, published=beside))
+    return cells
+
+
+def _rows(
+    explorations: Explorations, columns: Sequence[Column], methods: Sequence[str], cells: Mapping[str, list[Cell]]
+) -> tuple[Row, ...]:
+    """Return the rows of a building, with ranks among those that compete."""
+    marked = {method: list(row) for method, row in cells.items()}
+    for index, column in enumerate(columns):
+        values = {method: cells[method][index].value for method in methods if explorations.ranked(method)}
+        for method, rank in ranks(values, column.metric).items():
+            marked[method][index] = replace(marked[method][index], rank=rank)
+    return tuple(
+        Row(explorations.label(method), tuple(marked[method]), method.startswith(PROPOSED)) for method in methods
+    )
+
+
+def _caption(explorations: Explorations) -> tuple[str, ...]:
+    record = next(iter(explorations.cells.values()))
+    robot, seeds = record.settings, sorted({place[2] for place in explorations.cells})
+    exploration, evaluation, camera = robot["exploration"], robot["evaluation"], robot["camera"]
+    poses = "tracked poses" if robot["mapper"]["tracking"] else "given poses"
+    sentences = [
+        f"Active SLAM: {exploration['steps']} actions of a robot with a camera of {camera['width']} x "
+        f"{camera['height']} pixels, {poses}, {len(seeds)} seed{'s' if len(seeds) > 1 else ''}.",
+        f"SCR: share of the surface that can be seen from the storey of the start within "
+        f"{100 * evaluation['threshold']:g} cm of a Gaussian's centre, as the paper has it, and of the depth that the "
+        "map renders along its way.",
+        f"Depth MAE, PSNR and SSIM: at {record.final.poses} poses by chance all over the floor, what was not mapped "
+        "included.",
+    ]
+    if len(seeds) > 1:
+        sentences.append("After the plus-minus sign: standard deviation over seeds, each with a start of its own.")
+    return tuple(sentences)
+
+
+def _notes(explorations: Explorations, methods: Sequence[str]) -> list[str]:
+    notes = [note for record in explorations.cells.values() for note in record.notes]
+    unranked = [explorations.label(method) for method in methods if not explorations.ranked(method)]
+    if unranked:
+        notes.append(f"{', '.join(unranked)}: knows the building; an upper reference without a rank")
+    notes.append(
+        "published: the paper's values on Gibson, one number each without a spread, for orientation alone: other "
+        "buildings, another camera and another mapper, so that no difference is printed"
+    )
+    return notes
+
+
+def _listed(
+    explorations: Explorations, building: str, methods: Sequence[str], cells: Mapping[str, list[Cell]]
+) -> list[tuple[str | int, ...]]:
+    rows: list[tuple[str | int, ...]] = []
+    for method in methods:
+        seeds = len(explorations.of(building, method))
+        for (metric, _), cell in zip(_COLUMNS, cells[method], strict=True):
+            digits = metric.decimals + EXTRA_DECIMALS
+            numbers = plain(cell.value, digits), plain(cell.spread, digits)
+            rows.append((building, method, metric.identifier, *numbers, seeds, cell.published or ""))
+    return rows
+
+
+def _per_run(explorations: Explorations) -> Listing:
+    rows: list[tuple[str | int, ...]] = []
+    for place, record in sorted(explorations.cells.items()):
+        for metric, value in _COLUMNS:
+            number = plain(value(record, explorations.metas[place]), metric.decimals + EXTRA_DECIMALS)
+            rows.append((*place, metric.identifier, number))
+        for module, seconds in explorations.metas[place].seconds.items():
+            rows.append((*place, f"{module}_seconds", plain(seconds, 2)))
+    return Listing(RUN_FIELDS, tuple(rows))
+
+
+def _curves(explorations: Explorations) -> Listing:
+    rows: list[tuple[str | int, ...]] = []
+    for place, record in sorted(explorations.cells.items()):
+        for point in record.curve:
+            shares = plain(point.scr_means, 6), plain(point.seen, 6)
+            rows.append((*place, point.step, *shares, point.gaussians, plain(point.path_length, 3)))
+    return Listing(CURVE_FIELDS, tuple(rows))

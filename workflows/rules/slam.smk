@@ -1,0 +1,204 @@
+# Active SLAM: one exploration per building, method and seed.
+
+from avs.slam.scoring.path_settings import SelectorPathSettings
+
+SLAM = f"{RESULTS}/slam/{{building}}"
+EXPLORATION = f"{SLAM}/{{method}}/{{seed}}/exploration.json"
+
+
+wildcard_constraints:
+    building="[a-z0-9_]+",
+
+
+def building_file(wildcards):
+    """Return the mesh of a building: an embedded flat's, which a rule makes, or a file of the user's."""
+    building = settings.slam.buildings[wildcards.building]
+    return (
+        f"{SLAM}/building/mesh.ply" if building.source == "apartment" else building.file
+    )
+
+
+def explorer(method):
+    """Return the identifier of the method of Task A that chooses paths under this name, or None."""
+    scorer = settings.slam.methods[method]
+    return scorer.method if isinstance(scorer, SelectorPathSettings) else None
+
+
+def exploration_weights(wildcards):
+    method = explorer(wildcards.method)
+    return [] if method is None else weights_of_method(method)
+
+
+def exploration_code(wildcards):
+    """Return the source files of an exploration, and those of the method of Task A that chooses its paths, if any."""
+    method = explorer(wildcards.method)
+    own = [] if method is None else [registry.find(method).module]
+    return sources("avs.slam.loop.exploration_run", *own)
+
+
+def explorations(path, buildings=None, seeds=None):
+    """Return the files at ``path`` of explorations, in order of building, method and seed."""
+    if settings.slam is None:
+        return []
+    return expand(
+        path,
+        building=buildings or settings.slam.buildings,
+        method=settings.slam.methods,
+        seed=seeds or settings.slam.seeds,
+    )
+
+
+def all_explorations(wildcards):
+    return explorations(EXPLORATION)
+
+
+def mapped_explorations(file):
+    """Return the function that gives the files of this name of all methods, in one building with the first seed."""
+
+    def files(wildcards):
+        path = EXPLORATION.replace("exploration.json", file)
+        return explorations(path, [wildcards.building], settings.slam.seeds[:1])
+
+    return files
+
+
+def slam_tables(wildcards):
+    """Return the table of explorations and their figures, where there are any."""
+    if settings.slam is None:
+        return []
+    maps = expand(
+        f"{RESULTS}/figures/slam_maps_{{building}}.pdf",
+        building=settings.slam.buildings,
+    )
+    return [
+        f"{RESULTS}/tables/active_slam.csv",
+        f"{RESULTS}/figures/slam_over_steps.pdf",
+        *maps,
+    ]
+
+
+def maps_options(wildcards, input):
+    return repeated("--maps", input.maps)
+
+
+rule building:
+    input:
+        settings=f"{RESULTS}/settings/building/{{building}}.json",
+        code=sources("avs.datasets.embedded.apartment"),
+    output:
+        mesh=f"{SLAM}/building/mesh.ply",
+        rooms=f"{SLAM}/building/apartment.json",
+    log:
+        f"{SLAM}/building.log".replace(RESULTS, LOGS),
+    priority: 2  # all explorations of the building wait for it
+    params:
+        made_of=made_of,
+        folder=subpath(output.mesh, parent=True),
+    message:
+        "building {wildcards.building}"
+    shell:
+        "{AVS} --made-of {params.made_of} building"
+        " --settings {input.settings} --out {params.folder} --log {log}"
+
+
+rule exploration:
+    input:
+        mesh=building_file,
+        weights=exploration_weights,
+        kernels=KERNELS,
+        settings=f"{RESULTS}/settings/exploration/{{building}}/{{method}}.json",
+        code=exploration_code,
+    output:
+        record=EXPLORATION,
+        meta=EXPLORATION.replace(".json", ".meta.json"),
+        maps=EXPLORATION.replace("exploration.json", "maps.safetensors"),
+    log:
+        EXPLORATION.replace(RESULTS, LOGS).replace("/exploration.json", ".log"),
+    priority: 1  # longer than an episode
+    params:
+        made_of=made_of,
+        mesh=lambda wildcards, input: shlex.quote(str(input.mesh)),
+        weights=weights_option,
+        folder=subpath(output.record, parent=True),
+    message:
+        "exploration of {wildcards.building} by {wildcards.method}, seed {wildcards.seed}"
+    shell:
+        "{AVS} --made-of {params.made_of} exploration"
+        " {params.mesh} {wildcards.building} {wildcards.method} {wildcards.seed} --settings {input.settings}"
+        " {params.weights} --out {params.folder} --log {log}"
+
+
+rule active_slam:
+    input:
+        records=all_explorations,
+        settings=f"{RESULTS}/settings/slam_figure.json",
+        published="results/published/slam_gibson.csv",
+        code=sources("avs.report.tables.active_slam"),
+    output:
+        multiext(
+            f"{RESULTS}/tables/active_slam",
+            ".csv",
+            ".md",
+            ".tex",
+            "_per_run.csv",
+            "_curves.csv",
+        ),
+    log:
+        f"{LOGS}/tables/active_slam.log",
+    params:
+        made_of=made_of,
+        stem=subpath(output[0], strip_suffix=".csv"),
+    message:
+        "table of active SLAM"
+    shell:
+        "{AVS} --made-of {params.made_of} active_slam"
+        " {input.records} --settings {input.settings} --published {input.published}"
+        " --out {params.stem} --log {log}"
+
+
+rule slam_maps:
+    input:
+        records=mapped_explorations("exploration.json"),
+        maps=mapped_explorations("maps.safetensors"),
+        code=sources("avs.report.figures.slam_maps"),
+    output:
+        multiext(f"{RESULTS}/figures/slam_maps_{{building}}", ".pdf", ".png"),
+    log:
+        f"{LOGS}/figures/slam_maps_{{building}}.log",
+    params:
+        made_of=made_of,
+        maps=maps_options,
+        stem=subpath(output[0], strip_suffix=".pdf"),
+    message:
+        "figure: maps of explorations of {wildcards.building}"
+    shell:
+        "{AVS} --made-of {params.made_of} slam_maps"
+        " {input.records} {params.maps} --out {params.stem} --log {log}"
+
+
+rule slam_over_steps:
+    input:
+        records=all_explorations,
+        settings=f"{RESULTS}/settings/slam_figure.json",
+        code=sources("avs.report.figures.slam_over_steps"),
+    output:
+        multiext(f"{RESULTS}/figures/slam_over_steps", ".pdf", ".png"),
+    log:
+        f"{LOGS}/figures/slam_over_steps.log",
+    params:
+        made_of=made_of,
+        stem=subpath(output[0], strip_suffix=".pdf"),
+    message:
+        "figure: coverage over the actions of a robot"
+    shell:
+        "{AVS} --made-of {params.made_of} slam_over_steps"
+        " {input.records} --settings {input.settings} --out {params.stem} --log {log}"
+
+
+localrules:
+    explore,
+
+
+rule explore:
+    input:
+        slam_tables,
