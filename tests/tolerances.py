@@ -166,3 +166,6 @@ SLAM_POSE_GRADIENT = 0.05
 # avs/slam/evaluation/seen_surface.py: a share of about a fifth counted in 40,000 draws has a standard error of 0.002;
 # four of them.
 SLAM_AREA_SHARE = 0.008
+# avs/slam/scoring/fisher_path_scorer.py: float32 squares of one kernel against a backward pass for every pixel,
+# relative to each value and to the largest.
+SLAM_FISHER = 2e-3

@@ -28,7 +28,10 @@ def readable(error: ValidationError, model: type[BaseModel], *parents: str) -> U
         place = ".".join(str(key) for depth, key in enumerate(first["loc"]) if depth != 2)
     subject = f"configuration: {place}" if place else "configuration"
     if first["type"] == "union_tag_invalid":
-        return UserError(subject, *_unknown(first["ctx"]["tag"], "source", readers()))
+        known = [tag.strip(" '") for tag in first["ctx"]["expected_tags"].split(",")]
+        return UserError(subject, *_unknown(first["ctx"]["tag"], first["ctx"]["discriminator"].strip("'"), known))
+    if first["type"] == "union_tag_not_found" and first["loc"][0] != "datasets":
+        return UserError(subject, fault, f"add {first['ctx']['discriminator']}")
     if first["type"] == "union_tag_not_found":
         return UserError(subject, "names no source", f"add source: {' or '.join(readers())}")
     if first["type"] != "extra_forbidden":

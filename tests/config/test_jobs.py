@@ -21,6 +21,8 @@ NAMES = {
     "nvs_table": "orbit",
     "coverage_table": "orbit",
     "sensitivity_episode": "every_point/fisherrf",
+    "building": "flat",
+    "exploration": "flat/nearest",
 }
 
 

@@ -25,15 +25,16 @@ SETTINGS = EvaluationSettings()
 def visible(mesh, count=20_000, camera=CAMERA):
     simulator = Simulator(mesh)
     floor_map = find_floor(simulator.caster, mesh.box, AgentSettings(), "mesh")
-    points = surface_samples(simulator, count, np.random.default_rng(0))
+    points, _ = surface_samples(simulator, count, np.random.default_rng(0))
     return simulator, points, visible_from_floor(simulator, floor_map, floor_map.islands == 0, camera, points, 0.5)
 
 
 def test_samples_are_uniform_over_the_area():
     mesh = room()
-    points = surface_samples(Simulator(mesh), 40_000, np.random.default_rng(0))
+    points, colors = surface_samples(Simulator(mesh), 40_000, np.random.default_rng(0))
     total = 2 * (4 * 3 + 4 * 2.5 + 3 * 2.5)
     on_floor = np.abs(points[:, 2]) < 1e-6
+    assert np.allclose(colors[on_floor], mesh.vertex_colors[0])
     assert on_floor.mean() == pytest.approx(12 / total, abs=SLAM_AREA_SHARE)
     assert (points[on_floor, 0] < 1).mean() == pytest.approx(0.25, abs=2 * SLAM_AREA_SHARE)
 

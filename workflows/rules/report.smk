@@ -194,6 +194,7 @@ rule tables:
         tables_of_sensitivity,
         coverage_tables,
         coverage_figures,
+        slam_tables,
         f"{RESULTS}/figures/psnr_over_views.pdf",
 
 

@@ -39,9 +39,10 @@ class _Explored:
 def write_slam_maps(records: Sequence[Path], maps: Sequence[Path], out: Path) -> None:
     """Write ``out`` with the suffixes ``.pdf`` and ``.png``: a map for each exploration, all of one building and start.
 
-    A map shows, from above and without what lies higher than 1.8 m, the share of the surface that can be seen in each
-    column of 5 cm which lies within the threshold of a Gaussian's centre, from red (none) to blue (all); the way of the
-    robot, from dark to bright; frontiers that were left; and the candidates that were chosen, and those that were not.
+    The first map is the truth: the colours of the surface that can be seen, from above and without what lies higher
+    than 1.8 m. Another shows the share of each column of that surface which lies within the threshold of a Gaussian's
+    centre, from red (none) to blue (all); the way of the robot, from dark to bright; frontiers that were left; and the
+    candidates that were chosen, and those that were not.
     Equal records give equal bytes.
 
     Args:
@@ -60,17 +61,18 @@ def write_slam_maps(records: Sequence[Path], maps: Sequence[Path], out: Path) ->
         raise UserError("maps of explorations", "no record", "pass at least one exploration.json")
     low, high = _box(explored)
     with mpl.rc_context(STYLE):
-        columns = min(len(explored), _COLUMNS)
-        rows = -(-len(explored) // columns)
+        columns = min(len(explored) + 1, _COLUMNS)
+        rows = -(-(len(explored) + 1) // columns)
         height = _PANEL_WIDTH * float((high - low)[1] / (high - low)[0])
         figure = Figure(figsize=(columns * _PANEL_WIDTH, rows * (height + 0.35) + 0.55), layout="constrained")
         axes = figure.subplots(rows, columns, squeeze=False).ravel()
-        for place, one in zip(axes, explored, strict=False):
+        _draw_truth(axes[0], explored[0], low, high)
+        for place, one in zip(axes[1:], explored, strict=False):
             _draw(place, one, low, high)
-        for place in axes[len(explored) :]:
+        for place in axes[len(explored) + 1 :]:
             place.remove()
-        handles, labels = axes[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=4)
+        handles, labels = axes[1].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=4, markerscale=4)
         save_figure(figure, out)
 
 
@@ -100,13 +102,29 @@ def _draw(axes: Axes, explored: _Explored, low: npt.NDArray[np.float64], high: n
     axes.scatter(way[:, 0], way[:, 1], s=1.2, c=np.arange(len(way)), cmap="plasma", linewidths=0, rasterized=True)
     axes.scatter(chosen[:, 0], chosen[:, 1], s=7, facecolors="none", edgecolors="black", linewidths=0.5, label="chosen")
     axes.plot(way[0, 0], way[0, 1], "^", color="black", markersize=4, label="start")
+    _frame(axes, low, high)
+    percent = f"{100 * record.final.scr_means:.1f} %"
+    axes.set_title(f"{one_line(record.label)}: {percent}, {record.final.path_length:.0f} m", loc="left")
+
+
+def _draw_truth(axes: Axes, explored: _Explored, low: npt.NDArray[np.float64], high: npt.NDArray[np.float64]) -> None:
+    """Draw the surface below the ceiling, higher points over lower ones."""
+    record, arrays = explored.record, explored.arrays
+    surface = arrays["surface"]
+    order = np.argsort(surface[:, 2], kind="stable")
+    order = order[surface[order, 2] - record.start[2] <= _CEILING]
+    points, colors = surface[order], arrays["surface_rgb"][order] / 255
+    axes.scatter(points[:, 0], points[:, 1], s=1.6, c=colors, linewidths=0, rasterized=True)
+    _frame(axes, low, high)
+    axes.set_title(f"{one_line(record.building)}, seed {record.seed}: truth", loc="left")
+
+
+def _frame(axes: Axes, low: npt.NDArray[np.float64], high: npt.NDArray[np.float64]) -> None:
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(low[1], high[1])
     axes.set_aspect("equal")
     axes.grid(False)
     axes.tick_params(labelsize=6)
-    percent = f"{100 * record.final.scr_means:.1f} %"
-    axes.set_title(f"{one_line(record.label)}: {percent}, {record.final.path_length:.0f} m", loc="left")
 
 
 def _covered(

@@ -36,13 +36,14 @@ class Simulator:
     Attributes:
         building: its mesh, in metres, z upwards.
         caster: casts rays at it.
+        colors: of its surface.
     """
 
     def __init__(self, building: Building, samples: int = 2) -> None:
         """Prepare ``building``; colours are the mean of ``samples`` squared rays per pixel."""
         self.building = building
         self.caster = Caster(building.vertices, building.triangles)
-        self._colors = SurfaceColors(building)
+        self.colors = SurfaceColors(building)
         self._samples = samples
         self._rays: dict[tuple[bytes, bytes, int], FloatArray] = {}
 
@@ -70,7 +71,7 @@ class Simulator:
         """Return depth ``[n]`` and colours ``[n, 3]`` on ``side`` squared points in each pixel, row by row."""
         hits = self.caster.nearest(*self._directions(camera, side))
         depth = np.where(hits.triangle >= 0, hits.distance, np.float32(0)).astype(np.float32)
-        return depth, self._colors.at(hits.triangle, hits.weights)
+        return depth, self.colors.at(hits.triangle, hits.weights)
 
     def _directions(self, camera: Cameras, side: int) -> tuple[FloatArray, FloatArray]:
         """Return the camera's centre ``[3]`` and its rays ``[n, 3]`` of depth one."""

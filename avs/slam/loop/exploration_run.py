@@ -186,6 +186,7 @@ def _write_maps(path: Path, exploration: Exploration) -> None:
     arrays = {
         "trajectory": np.array([astuple(pose) for pose in exploration.trajectory]),
         "surface": world.surface.astype(np.float32),
+        "surface_rgb": np.rint(world.surface_colors * 255).astype(np.uint8),
         "distance": nearest_distances(world.surface, means).astype(np.float32),
         "seen": exploration.surface.seen,
         "frontiers": np.concatenate([np.zeros((0, 2)), *cells]),

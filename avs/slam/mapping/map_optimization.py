@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 import torch
+from scipy.spatial import KDTree
 from torch import Tensor
 from torch.nn import Parameter
 
@@ -25,6 +26,7 @@ from avs.slam.mapping.gaussian_map import (
     gaussians_of,
     map_rendering,
     map_seen,
+    points_of,
 )
 from avs.slam.mapping.mapper_settings import GrowthSettings, MapperSettings, PruningSettings
 
@@ -63,16 +65,28 @@ def grown(
     """Return the map with Gaussians at the pixels of a picture that it does not explain.
 
     A pixel with a depth gets one where less than ``silhouette`` of the map is in front of it, or where the map lies
-    behind it by more than ``error_factor`` times the median error.
+    behind it by more than ``error_factor`` times the median error, or has no centre within ``spacing`` of it.
     """
     if len(tensors["means"]):
         wanted = unexplained(map_seen(tensors, camera), frame, settings)
     else:
         wanted = frame.depth > settings.nearest
+    if settings.spacing is not None and len(tensors["means"]):
+        wanted |= _sparse(tensors, frame, camera, settings)
     lattice = np.zeros_like(wanted)
     lattice[settings.stride // 2 :: settings.stride, settings.stride // 2 :: settings.stride] = True
     wanted = _limited(wanted & lattice, len(tensors["means"]), settings.max_gaussians, rng)
     return extended(tensors, gaussians_of(frame, camera, wanted, settings.opacity, settings.stride))
+
+
+def _sparse(tensors: MapTensors, frame: Frame, camera: Cameras, settings: GrowthSettings) -> npt.NDArray[np.bool_]:
+    """Return the pixels ``[height, width]`` with a depth whose point has no Gaussian's centre within ``spacing``."""
+    valid = frame.depth > settings.nearest
+    means = tensors["means"].detach().numpy()
+    distances = KDTree(means).query(points_of(frame, camera, valid), distance_upper_bound=settings.spacing)[0]
+    found = np.zeros_like(valid)
+    found[valid] = ~np.isfinite(distances)
+    return found
 
 
 def unexplained(seen: Seen, frame: Frame, settings: GrowthSettings) -> npt.NDArray[np.bool_]:

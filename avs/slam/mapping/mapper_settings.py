@@ -24,6 +24,11 @@ class GrowthSettings(StrictModel):
         default=50.0,
         description="and where it lies behind what is seen, by an error of more than so many times the median error",
     )
+    spacing: PositiveFloat | None = Field(
+        default=None,
+        description="and where no Gaussian's centre lies within this of what is seen, metres, so that what was first "
+        "seen from afar becomes as dense as what is near; null: SplaTAM's rule alone",
+    )
     stride: PositiveInt = Field(
         default=1, description="every so manieth row and column gets a Gaussian, that many times as large"
     )

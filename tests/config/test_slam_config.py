@@ -1,0 +1,59 @@
+"""The explorations of a configuration: what each job reads, and what is refused."""
+
+import pytest
+
+from avs.config.configuration import load
+from avs.config.jobs import settings_of
+from avs.system.errors import UserError
+
+BASE = {"scale": "test", "seeds": [0], "methods": ["random"]}
+SLAM = {
+    "buildings": {
+        "flat": {"source": "apartment", "seed": 3},
+        "own": {"source": "mesh", "file": "a.glb", "start": [0, 0, 0, 90]},
+    },
+    "methods": {"nearest": {"kind": "nearest"}, "fvs": {"kind": "selector", "method": "farthest"}},
+    "robot": {"exploration": {"steps": 100}},
+}
+
+
+def test_each_job_reads_its_own():
+    config = load(BASE | {"slam": SLAM})
+    one = settings_of(config, "exploration/own/fvs")
+    assert (one.start, one.scorer.method, one.exploration.steps) == ((0, 0, 0, 90), "farthest", 100)
+    assert settings_of(config, "exploration/flat/nearest").start is None
+    assert settings_of(config, "building/flat").building.seed == 3
+    assert settings_of(config, "slam_figure").methods == ("nearest", "fvs")
+
+
+def test_the_defaults_are_the_released_constants():
+    robot = load(
+        BASE | {"slam": {"buildings": {"flat": {"source": "apartment"}}, "methods": {"n": {"kind": "fisherrf"}}}}
+    )
+    told = settings_of(robot, "exploration/flat/n")
+    assert (told.exploration.steps, told.exploration.turns, told.motion.forward, told.motion.turn) == (
+        2000,
+        72,
+        0.05,
+        5,
+    )
+    assert (told.mapper.map_every, told.mapper.keyframes.every, told.mapper.keyframes.window) == (10, 4, 32)
+    assert (told.exploration.occupancy.cells, told.exploration.frontiers.candidates) == (768, 256)
+    assert (told.scorer.endpoint_regularisation, told.scorer.endpoint_weight, told.scorer.gradient) == (0.1, 30, 1e-3)
+    assert (told.evaluation.threshold, told.evaluation.poses, told.camera.width) == (0.05, 1000, 800)
+
+
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        ({"buildings": {}}, "at least 1"),
+        ({"methods": {"x": {"kind": "nonsense"}}}, "kind"),
+        ({"methods": {"Bad Name": {"kind": "nearest"}}}, "Bad Name"),
+        ({"robot": {"exploration": {"stepz": 3}}}, "stepz"),
+        ({"seeds": [0, 0]}, "twice"),
+        ({"robot": {"motion": {"turn": 180}}}, "turn"),
+    ],
+)
+def test_faults_are_named(change, fault):
+    with pytest.raises(UserError, match=fault):
+        load(BASE | {"slam": SLAM | change})

@@ -1,0 +1,146 @@
+"""Table and figures of explorations: values beside the paper's, ranks, gaps, equal bytes, records that do not fit."""
+
+import csv
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from avs.report.collect_explorations import read_explorations
+from avs.report.figures.slam_maps import write_slam_maps
+from avs.report.figures.slam_over_steps import write_slam_over_steps
+from avs.report.tables.active_slam import active_slam, write_active_slam
+from avs.slam.loop.exploration_record import (
+    MAPS_HEADER,
+    CoveragePoint,
+    Decision,
+    ExplorationMeta,
+    ExplorationRecord,
+    FinalMeasures,
+    PathEntry,
+)
+from avs.slam.loop.slam_settings import SlamSettings
+from avs.system.errors import UserError
+from avs.system.records import write_record
+from avs.system.tensor_files import write_tensors
+
+PUBLISHED = Path(__file__).resolve().parents[2] / "results" / "published" / "slam_gibson.csv"
+LABELS = {
+    "nearest": "Nearest frontier",
+    "fisherrf": "FisherRF",
+    "ours-repvit": "Ours-RepViT",
+    "oracle": "Greedy oracle",
+}
+
+
+def write(folder, building="flat", method="nearest", seed=0, scr=0.5, steps=100, digest="a" * 64, seconds=1.0, **more):
+    """Write the records of an exploration, and return the path of the first."""
+    kind = method if method in ("nearest", "oracle", "fisherrf") else "nearest"
+    settings = SlamSettings.model_validate({"scorer": {"kind": kind}, "exploration": {"steps": steps}, **more})
+    points = [
+        CoveragePoint(step=step, scr_means=scr * step / steps, seen=scr, gaussians=10, path_length=1.0)
+        for step in (0, steps // 2, steps)
+    ]
+    final = FinalMeasures(
+        scr_means=scr, scr_fused=scr + 0.1, seen=scr + 0.2, scr_area=scr / 2, depth_mae=0.3, psnr=20.0, ssim=0.8,
+        empty=0.1, poses=5, trajectory_error=None, path_length=12.0, collisions=1,
+    )  # fmt: skip
+    path = PathEntry(candidate=1, actions="FF", length=1.0, score=1.0)
+    decision = Decision(
+        step=72, pose=(1, 1, 0, 0), gaussians=10, frontiers=[], candidates=[(1, 1, 0, 0), (2, 1, 0, 0)],
+        frontier_of=[0, 0], endpoint_scores=None, paths=[path], chosen=0, executed=2,
+    )  # fmt: skip
+    record = ExplorationRecord(
+        building=building, building_hash=digest, method=method, label=LABELS[method], seed=seed,
+        settings=settings.model_dump(mode="json"), start=(1, 1, 0, 0), floor_area=10.0, surface_points=4, steps=steps,
+        ended="all actions were done", notes=["a note"], decisions=[decision], curve=points, final=final,
+    )  # fmt: skip
+    meta = ExplorationMeta(
+        seconds={"map": 2.0}, decision_seconds=[seconds], score_seconds=[0.5], memory_bytes=[1], total_seconds=3.0,
+        machine={}, packages={}, revision=None, started="", finished="",
+    )  # fmt: skip
+    out = folder / building / method / str(seed) / "exploration.json"
+    write_record(out, record)
+    write_record(out.with_name("exploration.meta.json"), meta)
+    return out
+
+
+def rows_of(paths, methods, buildings=("flat",)):
+    document = active_slam(read_explorations(paths), buildings, methods, PUBLISHED)
+    return {(group.name, row.label): row for group in document.groups for row in group.rows}, document
+
+
+def test_values_stand_beside_the_papers_without_a_difference(tmp_path):
+    rows, document = rows_of([write(tmp_path, method="fisherrf", scr=0.9)], ["fisherrf"])
+    cell = rows["flat", "FisherRF"].cells[0]
+    assert (cell.value, cell.published, cell.spread) == (pytest.approx(90.0), "92.89", None)
+    assert not any(column.difference for column in document.columns)
+    assert any("for orientation alone" in note for note in document.notes)
+    assert "a note" in document.notes
+
+
+def test_seeds_have_a_mean_and_a_spread_and_the_oracle_no_rank(tmp_path):
+    paths = [write(tmp_path, seed=seed, scr=scr) for seed, scr in ((0, 0.4), (1, 0.6))]
+    paths += [write(tmp_path, method="oracle", seed=seed, scr=0.9) for seed in (0, 1)]
+    rows, _ = rows_of(paths, ["nearest", "oracle"])
+    cell = rows["flat", "Nearest frontier"].cells[0]
+    assert (cell.value, cell.rank) == (pytest.approx(50.0), 1)
+    assert cell.spread == pytest.approx(np.std([40, 60], ddof=1))
+    assert rows["flat", "Greedy oracle"].cells[0].rank is None
+
+
+def test_a_method_without_a_record_keeps_its_row(tmp_path):
+    rows, _ = rows_of([write(tmp_path)], ["nearest", "ours-repvit"])
+    assert rows["flat", "ours-repvit"].cells[0].cause == "no record"
+    assert rows["flat", "ours-repvit"].cells[0].published == "93.71"
+
+
+def test_buildings_are_groups_of_their_own(tmp_path):
+    paths = [write(tmp_path, building=building, scr=scr) for building, scr in (("flat", 0.4), ("house", 0.8))]
+    rows, _ = rows_of(paths, ["nearest"], ["flat", "house"])
+    assert rows["house", "Nearest frontier"].cells[0].value == pytest.approx(80)
+
+
+@pytest.mark.parametrize("change", [{"digest": "b" * 64}, {"steps": 200}, {"camera": {"width": 64, "height": 48}}])
+def test_records_of_another_mesh_or_robot_are_refused(tmp_path, change):
+    paths = [write(tmp_path), write(tmp_path, method="oracle", **change)]
+    with pytest.raises(UserError, match="another mesh or other settings"):
+        read_explorations(paths)
+
+
+def test_equal_records_give_equal_bytes_in_any_order(tmp_path):
+    paths = [write(tmp_path, seed=seed, method=method) for seed in (0, 1) for method in ("nearest", "fisherrf")]
+    for name, order in (("a", paths), ("b", paths[::-1])):
+        write_active_slam(order, ["flat"], ["nearest", "fisherrf"], PUBLISHED, tmp_path / name)
+        write_slam_over_steps(order, ["flat"], ["nearest", "fisherrf"], tmp_path / f"curves_{name}")
+    for ending in (".csv", ".md", ".tex", "_per_run.csv", "_curves.csv"):
+        assert (tmp_path / f"a{ending}").read_bytes() == (tmp_path / f"b{ending}").read_bytes(), ending
+    assert (tmp_path / "curves_a.pdf").read_bytes() == (tmp_path / "curves_b.pdf").read_bytes()
+    listed = list(csv.DictReader(io.StringIO((tmp_path / "a_per_run.csv").read_text())))
+    assert {row["metric"] for row in listed} >= {"scr_percent", "map_seconds", "decision_seconds"}
+
+
+def test_maps_are_drawn_and_equal(tmp_path):
+    path = write(tmp_path)
+    rng = np.random.default_rng(0)
+    arrays = {
+        "trajectory": rng.uniform(0, 3, (20, 4)),
+        "surface": rng.uniform(0, 3, (500, 3)).astype(np.float32),
+        "surface_rgb": rng.integers(0, 255, (500, 3)).astype(np.uint8),
+        "distance": rng.uniform(0, 0.1, 500).astype(np.float32),
+        "frontiers": np.zeros((0, 2)),
+    }
+    maps = path.with_name("maps.safetensors")
+    write_tensors(maps, arrays, MAPS_HEADER, {})
+    for name in ("a", "b"):
+        write_slam_maps([path], [maps], tmp_path / name)
+    assert (tmp_path / "a.png").stat().st_size > 10_000
+    assert (tmp_path / "a.pdf").read_bytes() == (tmp_path / "b.pdf").read_bytes()
+
+
+def test_without_records_there_is_one_line(tmp_path):
+    with pytest.raises(UserError, match="no record"):
+        read_explorations([])
+    with pytest.raises(UserError, match="no record"):
+        write_slam_maps([], [], tmp_path / "a")
