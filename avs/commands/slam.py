@@ -83,6 +83,22 @@ def slam_maps(
         write_slam_maps(records, maps, out)
 
 
+@commands.command("slam_animation")
+def slam_animation(
+    record: Annotated[Path, typer.Argument(help="record of an exploration, exploration.json")],
+    maps: Annotated[Path, typer.Option(help="its maps.safetensors")],
+    mesh: Annotated[Path, typer.Option(help="the building")],
+    out: Out,
+    log: Log = None,
+) -> None:
+    """Show an exploration as a GIF: the camera's picture, the map's rendering, and the way from above."""
+    with job(log):
+        from avs.report.figures.slam_animation import write_slam_animation
+
+        limit_threads()
+        write_slam_animation(record, maps, mesh, out)
+
+
 @commands.command("slam_over_steps")
 def slam_over_steps(records: Explorations, settings: SettingsFile, out: Stem, log: Log = None) -> None:
     """Draw the coverage over the actions of the robot."""

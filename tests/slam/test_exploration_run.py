@@ -240,3 +240,18 @@ def test_records_are_canonical_and_sealed(mesh, tmp_path):
     path.write_text(json.dumps(values))
     with pytest.raises(UserError, match="changed after it was written"):
         read_record(path, ExplorationRecord)
+
+
+def test_an_exploration_is_shown_as_an_animation(mesh, tmp_path):
+    from PIL import Image
+
+    from avs.report.figures.slam_animation import write_slam_animation
+
+    run(mesh, tmp_path / "out", steps=74)
+    arguments = (tmp_path / "out" / "exploration.json", tmp_path / "out" / "maps.safetensors", mesh)
+    for name in ("a.gif", "b.gif"):
+        write_slam_animation(*arguments, tmp_path / name)
+    assert (tmp_path / "a.gif").read_bytes() == (tmp_path / "b.gif").read_bytes()
+    with Image.open(tmp_path / "a.gif") as shown:
+        assert shown.n_frames > 50
+        assert shown.height == 180

@@ -70,11 +70,27 @@ def slam_tables(wildcards):
         f"{RESULTS}/figures/slam_maps_{{building}}.pdf",
         building=settings.slam.buildings,
     )
+    shown = expand(
+        f"{RESULTS}/figures/slam_{{building}}_{{method}}_{{seed}}.gif",
+        building=list(settings.slam.buildings)[:1],
+        method=list(settings.slam.methods)[-1:],
+        seed=settings.slam.seeds[:1],
+    )
     return [
         f"{RESULTS}/tables/active_slam.csv",
         f"{RESULTS}/figures/slam_over_steps.pdf",
         *maps,
+        *shown,
     ]
+
+
+def explored(wildcards):
+    """Return what the target asks for; without buildings the user has to say which."""
+    if settings.slam is None:
+        sys.exit(
+            "error: configuration: slam: no building is named; add one, see docs/active-slam.md"
+        )
+    return slam_tables(wildcards)
 
 
 def maps_options(wildcards, input):
@@ -176,6 +192,26 @@ rule slam_maps:
         " {input.records} {params.maps} --out {params.stem} --log {log}"
 
 
+rule slam_animation:
+    input:
+        record=EXPLORATION,
+        maps=EXPLORATION.replace("exploration.json", "maps.safetensors"),
+        mesh=building_file,
+        code=sources("avs.report.figures.slam_animation"),
+    output:
+        f"{RESULTS}/figures/slam_{{building}}_{{method}}_{{seed}}.gif",
+    log:
+        f"{LOGS}/figures/slam_{{building}}_{{method}}_{{seed}}.log",
+    params:
+        made_of=made_of,
+        mesh=lambda wildcards, input: shlex.quote(str(input.mesh)),
+    message:
+        "animation of the exploration of {wildcards.building} by {wildcards.method}"
+    shell:
+        "{AVS} --made-of {params.made_of} slam_animation"
+        " {input.record} --maps {input.maps} --mesh {params.mesh} --out {output} --log {log}"
+
+
 rule slam_over_steps:
     input:
         records=all_explorations,
@@ -201,4 +237,4 @@ localrules:
 
 rule explore:
     input:
-        slam_tables,
+        explored,

@@ -1,0 +1,107 @@
+"""An exploration as an animation: what the camera sees, what the final map renders there, and the way from above."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import torch
+from PIL import Image
+from torch.nn import Parameter
+
+from avs.slam.building.robot_camera import CameraSettings, Pose, camera_at
+from avs.slam.building.simulator import Simulator, open_simulator
+from avs.slam.loop.exploration_record import MAPS_HEADER, ExplorationRecord
+from avs.slam.loop.slam_settings import SlamSettings
+from avs.slam.mapping.gaussian_map import NAMES, MapTensors, map_seen
+from avs.system.files import atomic_path
+from avs.system.records import read_record
+from avs.system.tensor_files import read_tensors
+
+Picture = npt.NDArray[np.uint8]
+Place = Callable[[Pose], tuple[int, int]]
+
+_MOST_FRAMES = 100
+_MILLISECONDS = 80
+_WIDTH = 240
+_CEILING = 1.8
+_GAP = 4
+_WAY, _ROBOT = (230, 120, 0), (200, 0, 120)
+
+
+def write_slam_animation(record: Path, maps: Path, mesh: Path, out: Path) -> None:
+    """Write a GIF of an exploration, of at most a hundred frames.
+
+    Side by side: the camera's picture, the rendering of the map as it was at the end, and the surface from above in its
+    colours, below 1.8 m, with the way so far. Equal records give equal bytes.
+
+    Args:
+        record: ``exploration.json``.
+        maps: its ``maps.safetensors``.
+        mesh: the building's file.
+        out: the GIF.
+
+    Raises:
+        UserError: a file is missing or damaged.
+    """
+    told = read_record(record, ExplorationRecord)
+    settings = SlamSettings.model_validate(told.settings)
+    arrays = read_tensors(maps, MAPS_HEADER, "run the job that makes it again")[0]
+    tensors: MapTensors = {name: Parameter(torch.from_numpy(arrays[name].copy())) for name in NAMES}
+    simulator = open_simulator(mesh, settings.simulator)
+    poses = [Pose(*row) for row in arrays["trajectory"].tolist()]
+    camera = settings.camera.model_copy(update=_size(settings.camera))
+    above, place = _from_above(arrays, told.start[2], camera.height)
+    step = -(-len(poses) // _MOST_FRAMES)
+    pictures = []
+    for index in range(0, len(poses), step):
+        _mark(above, [place(pose) for pose in poses[max(index - step, 0) : index + 1]], _WAY, 1)
+        shown = above.copy()
+        _mark(shown, [place(poses[index])], _ROBOT, 3)
+        pictures.append(_beside(_views(simulator, tensors, poses[index], camera), shown))
+    images = [Image.fromarray(picture).quantize(128) for picture in pictures]
+    with atomic_path(out) as temporary:
+        options = {"save_all": True, "append_images": images[1:], "duration": _MILLISECONDS, "loop": 0}
+        images[0].save(temporary, format="GIF", **options)
+
+
+def _size(camera: CameraSettings) -> dict[str, int]:
+    return {"width": _WIDTH, "height": round(_WIDTH * camera.height / camera.width)}
+
+
+def _views(simulator: Simulator, tensors: MapTensors, pose: Pose, camera: CameraSettings) -> list[Picture]:
+    """Return what the camera sees, and what the map renders."""
+    at = camera_at(pose, camera)
+    rendered = map_seen(tensors, at).rgb.clamp(0, 1).numpy()
+    return [simulator.observe(at).rgb, np.rint(rendered * 255).astype(np.uint8)]
+
+
+def _from_above(arrays: dict[str, npt.NDArray[Any]], floor: float, height: int) -> tuple[Picture, Place]:
+    """Return the surface from above, ``height`` pixels high, and the function that gives the pixel of a pose."""
+    surface, colors = arrays["surface"], arrays["surface_rgb"]
+    low, high = surface[:, :2].min(axis=0) - 0.1, surface[:, :2].max(axis=0) + 0.1
+    scale = height / float(high[1] - low[1])
+    size = (height, round(float(high[0] - low[0]) * scale))
+    picture = np.full((*size, 3), 255, np.uint8)
+
+    def pixel(x: float, y: float) -> tuple[int, int]:
+        row, column = height - 1 - int((y - low[1]) * scale), int((x - low[0]) * scale)
+        return min(max(row, 0), size[0] - 1), min(max(column, 0), size[1] - 1)
+
+    order = np.argsort(surface[:, 2], kind="stable")
+    for index in order[surface[order, 2] - floor <= _CEILING]:
+        _mark(picture, [pixel(*surface[index, :2])], tuple(colors[index]), 1)
+    return picture, lambda pose: pixel(pose.x, pose.y)
+
+
+def _mark(picture: Picture, places: list[tuple[int, int]], color: tuple[int, ...], reach: int) -> None:
+    for row, column in places:
+        picture[max(row - reach, 0) : row + reach + 1, max(column - reach, 0) : column + reach + 1] = color
+
+
+def _beside(views: list[Picture], above: Picture) -> Picture:
+    gap = np.full((above.shape[0], _GAP, 3), 255, np.uint8)
+    return np.concatenate([views[0], gap, views[1], gap, above], axis=1)
