@@ -15,7 +15,7 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 from avs.config.configuration_faults import check_numbers, readable
 from avs.config.distortion_config import DistortionConfig
 from avs.config.sensitivity_settings import SensitivitySettings, laid_over
-from avs.config.slam_config import SlamConfig
+from avs.config.slam_config import SlamConfig, check_slam
 from avs.coverage.coverage_settings import CoverageSettings
 from avs.datasets.captures import Captures
 from avs.datasets.reader import Reader
@@ -173,6 +173,7 @@ def load(values: dict[str, Any], programs: Collection[str] = ()) -> Config:
             raise UserError(f"method {identifier}", fault, f"add scorers.{scorer}, or leave the method out")
         registry.create_settings(identifier, config.selectors.get(identifier, {}))
     _check_sensitivity(config, programs)
+    check_slam(config.slam, config.scorers)
     return _with_captures(config)
 
 

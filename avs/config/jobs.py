@@ -12,9 +12,9 @@ from typing import Any, Literal
 from pydantic import Field
 
 from avs.config.configuration import Config, DataSet, protocol_of, scorer_of, variant_of
-from avs.config.method_weights import absent_methods, choosing_elsewhere, scoring_methods
+from avs.config.method_weights import Absent, absent_methods, choosing_elsewhere, scoring_methods, weights_of
 from avs.config.scenes import scenes_in
-from avs.config.slam_config import BuildingJob, SlamConfig, SlamFigureJob, exploration_settings, slam_figure
+from avs.config.slam_config import BuildingJob, SlamConfig, SlamFigureJob, exploration_settings, explorers, slam_figure
 from avs.config.studied import studied_methods
 from avs.coverage.coverage_settings import CoverageJob, CoverageSettings, ReferenceJob
 from avs.datasets.folder_reader import FolderReader
@@ -236,7 +236,13 @@ def _exploration(config: Config, name: str) -> StrictModel:
 
 
 def _slam_figure(config: Config, _: str) -> SlamFigureJob:
-    return slam_figure(_slam(config))
+    return slam_figure(_slam(config), absent_explorers(config))
+
+
+def absent_explorers(config: Config) -> dict[str, Reason]:
+    """Return why each method of Task A that is to explore cannot run here, by the identifier that it has there."""
+    answers = {name: weights_of(config, told.method) for name, told in explorers(config.slam).items()}
+    return {name: answer.reason for name, answer in answers.items() if isinstance(answer, Absent)}
 
 
 def coverage_lacking(config: Config) -> Reason | None:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Annotated, Literal
 
 from pydantic import Field
 
+from avs.selection.registry import create_settings, find
 from avs.slam.loop.slam_settings import RobotSettings, SlamSettings, StartPose
-from avs.slam.scoring.path_settings import PathScorerSettings
+from avs.slam.scoring.able_methods import why_not_exploring
+from avs.slam.scoring.path_settings import PathScorerSettings, SelectorPathSettings
+from avs.system.errors import UserError
 from avs.system.models import Different, Seed, StrictModel
+from avs.system.reasons import Reason
 
 BuildingName = Annotated[str, Field(pattern=r"^[a-z0-9_]+$")]
 MethodName = Annotated[str, Field(pattern=r"^[a-z0-9-]+$")]
@@ -55,6 +60,8 @@ class BuildingJob(StrictModel):
 class SlamFigureJob(StrictModel):
     """What a figure or table of explorations reads."""
 
+    absent: dict[str, Reason] = Field(default={}, description="why a method does not explore, by identifier")
+
     buildings: tuple[str, ...] = Field(description="names, in order")
     methods: tuple[str, ...] = Field(description="identifiers, in order")
     seeds: tuple[int, ...] = Field(description="of the records")
@@ -66,6 +73,30 @@ def exploration_settings(slam: SlamConfig, building: str, method: str) -> SlamSe
     return SlamSettings.model_validate({**dict(slam.robot), "scorer": scorer, "start": start})
 
 
-def slam_figure(slam: SlamConfig) -> SlamFigureJob:
+def slam_figure(slam: SlamConfig, absent: dict[str, Reason]) -> SlamFigureJob:
     """Return which records a figure or table holds."""
-    return SlamFigureJob(buildings=tuple(slam.buildings), methods=tuple(slam.methods), seeds=slam.seeds)
+    return SlamFigureJob(buildings=tuple(slam.buildings), methods=tuple(slam.methods), seeds=slam.seeds, absent=absent)
+
+
+def explorers(slam: SlamConfig | None) -> dict[str, SelectorPathSettings]:
+    """Return the methods of Task A among those that choose paths, by the identifier that they have there."""
+    methods = {} if slam is None else slam.methods
+    return {name: scorer for name, scorer in methods.items() if isinstance(scorer, SelectorPathSettings)}
+
+
+def check_slam(slam: SlamConfig | None, scorers: Collection[str]) -> None:
+    """Refuse methods of Task A that are unknown, have wrong settings, or need a scorer that the run does not train.
+
+    Raises:
+        UserError: names the first.
+    """
+    for name, told in explorers(slam).items():
+        method = find(told.method).method
+        settings = create_settings(told.method, told.settings)
+        subject = f"configuration: slam.methods.{name}"
+        fault = why_not_exploring(method, method.needs if settings.needs is None else settings.needs)
+        if fault is not None:
+            raise UserError(subject, f"{told.method} {fault}", "choose another method")
+        if method.scorer is not None and method.scorer not in scorers:
+            fault = f"{told.method} needs the scorer {method.scorer}, which the configuration does not train"
+            raise UserError(subject, fault, f"add scorers.{method.scorer}, or leave the method out")

@@ -81,6 +81,17 @@ def test_what_appears_in_front_of_the_map_is_added():
     assert 380 <= len(nearer["means"]) - len(tensors["means"]) <= 450
 
 
+def test_spacing_makes_what_was_seen_from_afar_as_dense_as_what_is_near():
+    tensors = grown(empty_map(), *view(x=0.3), GrowthSettings(), rng())
+    tensors, _ = optimised(tensors, [lesson(*view(x=0.3))], MapperSettings(), 2.0, rng())
+    near = view(x=2.0, y=0.5)
+    sparse = grown(tensors, *near, GrowthSettings(), rng())
+    dense = grown(tensors, *near, GrowthSettings(spacing=0.03), rng())
+    assert len(dense["means"]) > len(sparse["means"]) + 200
+    again = grown(dense, *near, GrowthSettings(spacing=0.03), rng())
+    assert len(again["means"]) - len(dense["means"]) <= len(sparse["means"]) - len(tensors["means"]) + 5
+
+
 def test_a_limit_on_gaussians_holds():
     frame, camera = view()
     tensors = grown(empty_map(), frame, camera, GrowthSettings(max_gaussians=100), rng())

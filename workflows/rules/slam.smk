@@ -1,6 +1,7 @@
 # Active SLAM: one exploration per building, method and seed.
 
-from avs.slam.scoring.path_settings import SelectorPathSettings
+from avs.config.jobs import absent_explorers
+from avs.config.slam_config import explorers
 
 SLAM = f"{RESULTS}/slam/{{building}}"
 EXPLORATION = f"{SLAM}/{{method}}/{{seed}}/exploration.json"
@@ -10,18 +11,30 @@ wildcard_constraints:
     building="[a-z0-9_]+",
 
 
+# No exploration is asked for of a method that cannot run here; its row in the table says why.
+EXPLORING = [
+    name
+    for name in (settings.slam.methods if settings.slam else [])
+    if name not in absent_explorers(settings)
+]
+
+
 def building_file(wildcards):
     """Return the mesh of a building: an embedded flat's, which a rule makes, or a file of the user's."""
     building = settings.slam.buildings[wildcards.building]
-    return (
-        f"{SLAM}/building/mesh.ply" if building.source == "apartment" else building.file
-    )
+    if building.source == "apartment":
+        return f"{SLAM}/building/mesh.ply"
+    if not Path(building.file).is_file():
+        sys.exit(
+            f"error: configuration: slam.buildings.{wildcards.building}.file: {building.file} is no file; check the path"
+        )
+    return building.file
 
 
 def explorer(method):
     """Return the identifier of the method of Task A that chooses paths under this name, or None."""
-    scorer = settings.slam.methods[method]
-    return scorer.method if isinstance(scorer, SelectorPathSettings) else None
+    told = explorers(settings.slam).get(method)
+    return None if told is None else told.method
 
 
 def exploration_weights(wildcards):
@@ -43,7 +56,7 @@ def explorations(path, buildings=None, seeds=None):
     return expand(
         path,
         building=buildings or settings.slam.buildings,
-        method=settings.slam.methods,
+        method=EXPLORING,
         seed=seeds or settings.slam.seeds,
     )
 
@@ -73,7 +86,7 @@ def slam_tables(wildcards):
     shown = expand(
         f"{RESULTS}/figures/slam_{{building}}_{{method}}_{{seed}}.gif",
         building=list(settings.slam.buildings)[:1],
-        method=list(settings.slam.methods)[-1:],
+        method=EXPLORING[-1:],
         seed=settings.slam.seeds[:1],
     )
     return [

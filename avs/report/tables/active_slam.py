@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from avs.report.formats.writing import write_document
 from avs.report.published import read_published
 from avs.report.tables.arrangement import ranks
 from avs.slam.loop.exploration_record import ExplorationMeta, ExplorationRecord
+from avs.system.reasons import Reason
 from metrics.definitions import Metric
 
 FIELDS = ("building", "method", "metric", "value", "spread", "seeds", "published")
@@ -74,7 +76,12 @@ _PAPER = ("scr_percent", "depth_mae_metres", "psnr")
 
 
 def write_active_slam(
-    records: Sequence[Path], buildings: Sequence[str], methods: Sequence[str], published: Path, out: Path
+    records: Sequence[Path],
+    buildings: Sequence[str],
+    methods: Sequence[str],
+    published: Path,
+    out: Path,
+    absent: Mapping[str, Reason] = MappingProxyType({}),
 ) -> None:
     """Write ``out`` with ``.csv``, ``.md`` and ``.tex``, ``_per_run.csv`` and ``_curves.csv``.
 
@@ -84,15 +91,20 @@ def write_active_slam(
         methods: identifiers, in the order of rows; each has its row in each building.
         published: the paper's values.
         out: path of the table without suffix.
+        absent: why a method could not explore, by identifier.
 
     Raises:
         UserError: no record; one is missing, damaged or not comparable; or the published values cannot be read.
     """
-    write_document(active_slam(read_explorations(records), buildings, methods, published), out)
+    write_document(active_slam(read_explorations(records), buildings, methods, published, absent), out)
 
 
 def active_slam(
-    explorations: Explorations, buildings: Sequence[str], methods: Sequence[str], published: Path
+    explorations: Explorations,
+    buildings: Sequence[str],
+    methods: Sequence[str],
+    published: Path,
+    absent: Mapping[str, Reason] = MappingProxyType({}),
 ) -> Document:
     """Return the table: one group of rows for each building, the paper's values beside those that it has."""
     paper = read_published(published).values
@@ -101,7 +113,7 @@ def active_slam(
     )
     groups, listed = [], []
     for building in buildings:
-        cells = {method: _cells(explorations, building, method, paper) for method in methods}
+        cells = {method: _cells(explorations, building, method, paper, absent.get(method)) for method in methods}
         groups.append(Group(building, _rows(explorations, columns, methods, cells)))
         listed += _listed(explorations, building, methods, cells)
     return Document(
@@ -109,22 +121,29 @@ def active_slam(
         caption=_caption(explorations),
         columns=columns,
         groups=tuple(groups),
-        notes=tuple(dict.fromkeys(_notes(explorations, methods))),
+        notes=tuple(dict.fromkeys([*_notes(explorations, methods), *_absent(absent)])),
         listing=Listing(FIELDS, tuple(listed)),
         appendices={"_per_run": _per_run(explorations), "_curves": _curves(explorations)},
     )
 
 
-def _cells(explorations: Explorations, building: str, method: str, paper: Mapping[tuple[str, str], str]) -> list[Cell]:
+def _cells(
+    explorations: Explorations,
+    building: str,
+    method: str,
+    paper: Mapping[tuple[str, str], str],
+    reason: Reason | None,
+) -> list[Cell]:
     """Return the mean over seeds, and their standard deviation where there are several, of each column."""
     places = [place for place in sorted(explorations.cells) if place[:2] == (building, method)]
+    cause = "no record" if reason is None else reason.cause
     cells: list[Cell] = []
     for metric, value in _COLUMNS:
         values = [value(explorations.cells[place], explorations.metas[place]) for place in places]
         numbers = [number for number in values if number is not None]
         beside = paper.get((method, metric.identifier)) if metric.identifier in _PAPER else None
         if not numbers:
-            cells.append(Cell(published=beside, cause="no record" if not places and not cells else None))
+            cells.append(Cell(published=beside, cause=cause if not places and not cells else None))
             continue
         spread = float(np.std(numbers, ddof=1)) if len(numbers) > 1 and metric.higher_is_better is not None else None
         cells.append(Cell(float(np.mean(numbers)), spread, published=beside))
@@ -174,6 +193,10 @@ def _notes(explorations: Explorations, methods: Sequence[str]) -> list[str]:
         "buildings, another camera and another mapper, so that no difference is printed"
     )
     return notes
+
+
+def _absent(absent: Mapping[str, Reason]) -> list[str]:
+    return [f"{method}: {reason}" for method, reason in absent.items()]
 
 
 def _listed(

@@ -74,12 +74,19 @@ def vote(grid: Occupancy, depth: npt.NDArray[np.float32], camera: Cameras, pose:
     reach = math.ceil(radius / settings.cell)
     column, row = grid.cell_of(pose.x, pose.y)
     around = seen[max(column - reach, 0) : column + reach + 1, max(row - reach, 0) : row + reach + 1]
-    around[around == 0] = _FREE
-    grid.free[seen == _FREE] += 1
-    grid.occupied[seen == _OCCUPIED] += 1
+    around[around == 0] = 1
+    _count(seen, grid.free, grid.occupied)
 
 
-_FREE, _OCCUPIED = np.uint8(1), np.uint8(2)
+@kernel
+def _count(seen: Integers, free: Integers, occupied: Integers) -> None:
+    """Add one vote for each cell that was seen: 1 is free, 2 occupied."""
+    for i in range(seen.shape[0]):
+        for j in range(seen.shape[1]):
+            if seen[i, j] == 1:
+                free[i, j] += 1
+            elif seen[i, j] == 2:
+                occupied[i, j] += 1
 
 
 @kernel

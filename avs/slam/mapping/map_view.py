@@ -21,16 +21,13 @@ from avs.representations.gaussians.training_state import checksum
 from avs.scene.cameras import Cameras
 from avs.slam.mapping.gaussian_map import MapTensors
 
-OFFERS = frozenset({"fisher_diagonal", "fisher_probes", "blending_weights"})
-"""Capabilities of ``avs.representations.capabilities`` that a map has; a method may need no others."""
-
 _BLACK = (0.0, 0.0, 0.0)
 
 
 class MapView:
-    """A map as it is now; a ``Renderer`` with the capabilities of ``OFFERS``. It cannot be fitted.
+    """A map as it is now; a ``Renderer`` with the capabilities of ``avs.slam.scoring.able_methods.OFFERS``.
 
-    Colours become spherical harmonics of degree 0, and the one scale of a Gaussian three.
+    It cannot be fitted. Colours become spherical harmonics of degree 0, and the one scale of a Gaussian three.
     """
 
     def __init__(self, tensors: MapTensors) -> None:

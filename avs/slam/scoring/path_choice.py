@@ -5,6 +5,7 @@ from __future__ import annotations
 from avs.selection.contract import Resources
 from avs.selection.registry import create_settings, find
 from avs.slam.evaluation.seen_surface import SeenSurface
+from avs.slam.scoring.able_methods import why_not_exploring
 from avs.slam.scoring.fisher_path_scorer import FisherPathScorer
 from avs.slam.scoring.oracle_scorer import OracleScorer
 from avs.slam.scoring.path_scorer import PathScorer
@@ -17,6 +18,7 @@ from avs.slam.scoring.path_settings import (
 )
 from avs.slam.scoring.plain_scorers import NearestScorer, RandomPathScorer
 from avs.slam.scoring.selector_scorer import SelectorScorer
+from avs.system.errors import UserError
 
 
 def build_scorer(settings: PathScorerSettings, surface: SeenSurface, resources: Resources) -> PathScorer:
@@ -40,4 +42,8 @@ def build_scorer(settings: PathScorerSettings, surface: SeenSurface, resources: 
         return FisherPathScorer(settings)
     method = find(settings.method).method
     own = create_settings(settings.method, settings.settings)
+    needs = method.needs if own.needs is None else own.needs
+    fault = why_not_exploring(method, needs)
+    if fault is not None:
+        raise UserError(f"method {settings.method}", fault, "choose another method for the exploration")
     return SelectorScorer(method, method.selector(own, resources), settings)

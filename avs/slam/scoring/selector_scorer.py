@@ -13,7 +13,7 @@ from avs.selection.contract import Method, Selector, State
 from avs.selection.untouched import untouched
 from avs.slam.building.robot_camera import Pose, cameras_at
 from avs.slam.exploration.planned_paths import PlannedPath
-from avs.slam.mapping.map_view import OFFERS, MapView
+from avs.slam.mapping.map_view import MapView
 from avs.slam.scoring.path_scorer import FloatArray, Moment, Shortlist, drawn
 from avs.slam.scoring.path_settings import SelectorPathSettings
 from avs.system.errors import UserError
@@ -23,18 +23,7 @@ class SelectorScorer:
     """A method that was written for views scores paths, without a line of its own."""
 
     def __init__(self, method: Method, selector: Selector, settings: SelectorPathSettings) -> None:
-        """Score by ``selector``, which ``method`` built.
-
-        Raises:
-            UserError: the method needs what a map has not, looks at hidden photographs, or chooses nothing.
-        """
-        absent = [name for name in selector_needs(method, selector) if name not in OFFERS]
-        if absent:
-            fault = f"needs the capability {', '.join(absent)}, which the map of the exploration lacks"
-            raise UserError(f"method {method.label}", fault, "choose another method for the exploration")
-        if method.oracle or method.follows:
-            fault = "looks at hidden photographs" if method.oracle else "captures another method's views"
-            raise UserError(f"method {method.label}", f"{fault}, which an exploration has not", "choose another method")
+        """Score by ``selector``, which ``method`` built."""
         self.label = method.label
         self.notes = tuple(notes_of(method, selector))
         self._method, self._selector, self._settings = method, selector, settings
@@ -79,12 +68,6 @@ class SelectorScorer:
             tuple(keyframe.rgb for keyframe in keyframes),
             tuple(f"frame-{keyframe.number:06d}" for keyframe in keyframes),
         )
-
-
-def selector_needs(method: Method, selector: object) -> tuple[str, ...]:
-    """Return the capabilities that a method needs."""
-    own = getattr(selector, "needs", None)
-    return tuple(own) if isinstance(own, tuple) else method.needs
 
 
 _AGGREGATES = {
