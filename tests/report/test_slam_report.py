@@ -127,7 +127,8 @@ def test_maps_are_drawn_and_equal(tmp_path):
     arrays = {
         "trajectory": rng.uniform(0, 3, (20, 4)),
         "surface": rng.uniform(0, 3, (500, 3)).astype(np.float32),
-        "surface_rgb": rng.integers(0, 255, (500, 3)).astype(np.uint8),
+        "above_rgb": rng.integers(0, 255, (75, 75, 3)).astype(np.uint8),
+        "above_origin": np.zeros(2),
         "distance": rng.uniform(0, 0.1, 500).astype(np.float32),
         "frontiers": np.zeros((0, 2)),
     }

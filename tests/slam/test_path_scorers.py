@@ -202,7 +202,7 @@ def test_the_nearest_is_the_shortest_way(moment):
 
 
 def test_the_oracle_goes_where_most_is_new(moment):
-    points, _ = surface_samples(SIMULATOR, 5000, np.random.default_rng(0))
+    points = surface_samples(SIMULATOR, 5000, np.random.default_rng(0))
     surface = SeenSurface(points, SIMULATOR, 0.05)
     scorer = OracleScorer(surface)
     even = [replace(path, length=1.0) for path in paths(moment)]

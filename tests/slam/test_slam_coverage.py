@@ -12,6 +12,7 @@ from avs.slam.building.simulator import Simulator
 from avs.slam.evaluation.evaluation_settings import EvaluationSettings
 from avs.slam.evaluation.map_quality import coverage_of, fused_cloud, map_quality
 from avs.slam.evaluation.seen_surface import SeenSurface, surface_samples, visible_from_floor
+from avs.slam.evaluation.top_view import CELL, top_view
 from avs.slam.mapping.gaussian_map import empty_map
 from avs.slam.mapping.mapper import Mapper
 from avs.slam.mapping.mapper_settings import KeyframeSettings, MapperSettings
@@ -25,16 +26,15 @@ SETTINGS = EvaluationSettings()
 def visible(mesh, count=20_000, camera=CAMERA):
     simulator = Simulator(mesh)
     floor_map = find_floor(simulator.caster, mesh.box, AgentSettings(), "mesh")
-    points, _ = surface_samples(simulator, count, np.random.default_rng(0))
+    points = surface_samples(simulator, count, np.random.default_rng(0))
     return simulator, points, visible_from_floor(simulator, floor_map, floor_map.islands == 0, camera, points, 0.5)
 
 
 def test_samples_are_uniform_over_the_area():
     mesh = room()
-    points, colors = surface_samples(Simulator(mesh), 40_000, np.random.default_rng(0))
+    points = surface_samples(Simulator(mesh), 40_000, np.random.default_rng(0))
     total = 2 * (4 * 3 + 4 * 2.5 + 3 * 2.5)
     on_floor = np.abs(points[:, 2]) < 1e-6
-    assert np.allclose(colors[on_floor], mesh.vertex_colors[0])
     assert on_floor.mean() == pytest.approx(12 / total, abs=SLAM_AREA_SHARE)
     assert (points[on_floor, 0] < 1).mean() == pytest.approx(0.25, abs=2 * SLAM_AREA_SHARE)
 
@@ -132,3 +132,19 @@ def test_both_sides_of_a_thin_wall_count():
     _, points, seen = visible(building([*box_faces((0, 0, 0), (4, 3, 2.5)), wall]))
     on_wall = (np.abs(points[:, 0] - 2) < 1e-4) & (points[:, 1] < 1.99)
     assert seen[on_wall].mean() > 0.98
+
+
+def test_the_view_from_above_shows_the_floor_and_what_stands_on_it():
+    colors = np.full((12, 3), 0.2)
+    colors[7] = (0.8, 0.4, 0.0)  # the top of the table
+    faces = box_faces((0, 0, 0), (4, 3, 2.5)) + box_faces((1, 1, 0), (2, 2, 0.8))
+    mesh = building(faces, colors)
+    simulator = Simulator(mesh)
+    above = top_view(simulator, surface_samples(simulator, 2000, np.random.default_rng(0)), 0.0)
+
+    def at(x, y):
+        return above.rgb[tuple(((np.array([x, y]) - above.origin) / CELL).astype(int))].tolist()
+
+    assert at(1.5, 1.5) == [204, 102, 0]
+    assert at(3.0, 1.5) == [51, 51, 51]
+    assert at(-0.1, 1.5) == [255, 255, 255]

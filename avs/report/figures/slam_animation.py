@@ -14,6 +14,7 @@ from torch.nn import Parameter
 
 from avs.slam.building.robot_camera import CameraSettings, Pose, camera_at
 from avs.slam.building.simulator import Simulator, open_simulator
+from avs.slam.evaluation.top_view import CELL
 from avs.slam.loop.exploration_record import MAPS_HEADER, ExplorationRecord
 from avs.slam.loop.slam_settings import SlamSettings
 from avs.slam.mapping.gaussian_map import NAMES, MapTensors, map_seen
@@ -27,7 +28,6 @@ Place = Callable[[Pose], tuple[int, int]]
 _MOST_FRAMES = 100
 _MILLISECONDS = 80
 _WIDTH = 240
-_CEILING = 1.8
 _GAP = 4
 _WAY, _ROBOT = (230, 120, 0), (200, 0, 120)
 
@@ -35,8 +35,8 @@ _WAY, _ROBOT = (230, 120, 0), (200, 0, 120)
 def write_slam_animation(record: Path, maps: Path, mesh: Path, out: Path) -> None:
     """Write a GIF of an exploration, of at most a hundred frames.
 
-    Side by side: the camera's picture, the rendering of the map as it was at the end, and the surface from above in its
-    colours, below 1.8 m, with the way so far. Equal records give equal bytes.
+    Side by side: the camera's picture, the rendering of the map as it was at the end, and the building from above with
+    the way so far. Equal records give equal bytes.
 
     Args:
         record: ``exploration.json``.
@@ -54,7 +54,7 @@ def write_slam_animation(record: Path, maps: Path, mesh: Path, out: Path) -> Non
     simulator = open_simulator(mesh, settings.simulator)
     poses = [Pose(*row) for row in arrays["trajectory"].tolist()]
     camera = settings.camera.model_copy(update=_size(settings.camera))
-    above, place = _from_above(arrays, told.start[2], camera.height)
+    above, place = _from_above(arrays, camera.height)
     step = -(-len(poses) // _MOST_FRAMES)
     pictures = []
     for index in range(0, len(poses), step):
@@ -79,22 +79,18 @@ def _views(simulator: Simulator, tensors: MapTensors, pose: Pose, camera: Camera
     return [simulator.observe(at).rgb, np.rint(rendered * 255).astype(np.uint8)]
 
 
-def _from_above(arrays: dict[str, npt.NDArray[Any]], floor: float, height: int) -> tuple[Picture, Place]:
-    """Return the surface from above, ``height`` pixels high, and the function that gives the pixel of a pose."""
-    surface, colors = arrays["surface"], arrays["surface_rgb"]
-    low, high = surface[:, :2].min(axis=0) - 0.1, surface[:, :2].max(axis=0) + 0.1
-    scale = height / float(high[1] - low[1])
-    size = (height, round(float(high[0] - low[0]) * scale))
-    picture = np.full((*size, 3), 255, np.uint8)
+def _from_above(arrays: dict[str, npt.NDArray[Any]], height: int) -> tuple[Picture, Place]:
+    """Return the building from above, ``height`` pixels high, and the function that gives the pixel of a pose."""
+    rgb, origin = arrays["above_rgb"].transpose(1, 0, 2)[::-1], arrays["above_origin"]
+    scale = height / (rgb.shape[0] * CELL)
+    size = (round(rgb.shape[1] * CELL * scale), height)
+    picture = np.array(Image.fromarray(np.ascontiguousarray(rgb)).resize(size, Image.Resampling.BOX))
 
-    def pixel(x: float, y: float) -> tuple[int, int]:
-        row, column = height - 1 - int((y - low[1]) * scale), int((x - low[0]) * scale)
-        return min(max(row, 0), size[0] - 1), min(max(column, 0), size[1] - 1)
+    def pixel(pose: Pose) -> tuple[int, int]:
+        row, column = height - 1 - int((pose.y - origin[1]) * scale), int((pose.x - origin[0]) * scale)
+        return min(max(row, 0), size[1] - 1), min(max(column, 0), size[0] - 1)
 
-    order = np.argsort(surface[:, 2], kind="stable")
-    for index in order[surface[order, 2] - floor <= _CEILING]:
-        _mark(picture, [pixel(*surface[index, :2])], tuple(colors[index]), 1)
-    return picture, lambda pose: pixel(pose.x, pose.y)
+    return picture, pixel
 
 
 def _mark(picture: Picture, places: list[tuple[int, int]], color: tuple[int, ...], reach: int) -> None:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from avs.report.figures.over_views import STYLE, save_figure
 from avs.report.formats.plain_text import one_line
+from avs.slam.evaluation.top_view import CEILING, CELL
 from avs.slam.loop.exploration_record import MAPS_HEADER, ExplorationRecord
 from avs.system.errors import UserError
 from avs.system.records import read_record
@@ -19,13 +20,16 @@ from avs.system.tensor_files import read_tensors
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
 
 _REMEDY = "run the job that makes it again"
-_CELL = 0.05  # metres of a pixel of a map
-_CEILING = 1.8  # metres above the floor: what lies higher would hide the rooms
+_COLUMN = 0.05  # metres of a pixel of a map
 _COLUMNS = 3
 _PANEL_WIDTH = 2.9  # inches
 _COVERED = "RdYlBu"
+_FAINT = 0.35
+_FRONTIER = "#009E73"
 
 
 @dataclass(frozen=True)
@@ -39,10 +43,10 @@ class _Explored:
 def write_slam_maps(records: Sequence[Path], maps: Sequence[Path], out: Path) -> None:
     """Write ``out`` with the suffixes ``.pdf`` and ``.png``: a map for each exploration, all of one building and start.
 
-    The first map is the truth: the colours of the surface that can be seen, from above and without what lies higher
-    than 1.8 m. Another shows the share of each column of that surface which lies within the threshold of a Gaussian's
-    centre, from red (none) to blue (all); the way of the robot, from dark to bright; frontiers that were left; and the
-    candidates that were chosen, and those that were not.
+    The first map is the truth, from above and without what lies higher than 1.8 m. Another shows the share of each column
+    of the surface below that height which lies within the threshold of a Gaussian's centre, from red (none) to blue
+    (all); the way of the robot, from dark to bright; frontiers that were left; and the candidates that were chosen, and
+    those that were not.
     Equal records give equal bytes.
 
     Args:
@@ -71,8 +75,7 @@ def write_slam_maps(records: Sequence[Path], maps: Sequence[Path], out: Path) ->
             _draw(place, one, low, high)
         for place in axes[len(explored) + 1 :]:
             place.remove()
-        handles, labels = axes[1].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=4, markerscale=4)
+        figure.legend(handles=_legend(), loc="outside lower center", ncols=6)
         save_figure(figure, out)
 
 
@@ -89,34 +92,51 @@ def _box(explored: Sequence[_Explored]) -> tuple[npt.NDArray[np.float64], npt.ND
 def _draw(axes: Axes, explored: _Explored, low: npt.NDArray[np.float64], high: npt.NDArray[np.float64]) -> None:
     record, arrays = explored.record, explored.arrays
     extent = (low[0], high[0], low[1], high[1])
+    _draw_building(axes, explored, _FAINT)
     covered = _covered(explored, low, high)
     axes.imshow(covered.T, origin="lower", extent=extent, cmap=_COVERED, vmin=0, vmax=1, interpolation="nearest")
     rejected, chosen = _candidates(record)
-    axes.scatter(
-        rejected[:, 0], rejected[:, 1], s=0.4, color="#999999", linewidths=0, label="candidates", rasterized=True
-    )
+    axes.scatter(rejected[:, 0], rejected[:, 1], s=0.4, color="#999999", linewidths=0, rasterized=True)
     left = arrays["frontiers"]
     if len(left):
-        axes.scatter(left[:, 0], left[:, 1], s=1.0, color="#009E73", linewidths=0, label="frontiers left")
+        axes.scatter(left[:, 0], left[:, 1], s=1.0, color=_FRONTIER, linewidths=0)
     way = arrays["trajectory"]
     axes.scatter(way[:, 0], way[:, 1], s=1.2, c=np.arange(len(way)), cmap="plasma", linewidths=0, rasterized=True)
-    axes.scatter(chosen[:, 0], chosen[:, 1], s=7, facecolors="none", edgecolors="black", linewidths=0.5, label="chosen")
-    axes.plot(way[0, 0], way[0, 1], "^", color="black", markersize=4, label="start")
+    axes.scatter(chosen[:, 0], chosen[:, 1], s=7, facecolors="none", edgecolors="black", linewidths=0.5)
+    axes.plot(way[0, 0], way[0, 1], "^", color="black", markersize=4)
     _frame(axes, low, high)
     percent = f"{100 * record.final.scr_means:.1f} %"
     axes.set_title(f"{one_line(record.label)}: {percent}, {record.final.path_length:.0f} m", loc="left")
 
 
+def _legend() -> list[Line2D | Patch]:
+    from matplotlib import colormaps
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    dots = (("candidates", ".", "#999999"), ("frontiers left", ".", _FRONTIER), ("start", "^", "black"))
+    shown: list[Line2D | Patch] = [
+        Line2D([], [], marker=marker, color=color, linestyle="", label=label) for label, marker, color in dots
+    ]
+    shown.append(Line2D([], [], marker="o", color="black", markerfacecolor="none", linestyle="", label="chosen"))
+    colors = colormaps[_COVERED]
+    shown += [Patch(color=colors(1.0), label="covered"), Patch(color=colors(0.0), label="not covered")]
+    return shown
+
+
 def _draw_truth(axes: Axes, explored: _Explored, low: npt.NDArray[np.float64], high: npt.NDArray[np.float64]) -> None:
-    """Draw the surface below the ceiling, higher points over lower ones."""
-    record, arrays = explored.record, explored.arrays
-    surface = arrays["surface"]
-    order = np.argsort(surface[:, 2], kind="stable")
-    order = order[surface[order, 2] - record.start[2] <= _CEILING]
-    points, colors = surface[order], arrays["surface_rgb"][order] / 255
-    axes.scatter(points[:, 0], points[:, 1], s=1.6, c=colors, linewidths=0, rasterized=True)
+    """Draw the building from above."""
+    record = explored.record
+    _draw_building(axes, explored, 1.0)
     _frame(axes, low, high)
     axes.set_title(f"{one_line(record.building)}, seed {record.seed}: truth", loc="left")
+
+
+def _draw_building(axes: Axes, explored: _Explored, opacity: float) -> None:
+    rgb, origin = explored.arrays["above_rgb"], explored.arrays["above_origin"]
+    ends = origin + np.array(rgb.shape[:2]) * CELL
+    extent = (float(origin[0]), float(ends[0]), float(origin[1]), float(ends[1]))
+    axes.imshow(rgb.transpose(1, 0, 2), origin="lower", extent=extent, alpha=opacity, interpolation="nearest")
 
 
 def _frame(axes: Axes, low: npt.NDArray[np.float64], high: npt.NDArray[np.float64]) -> None:
@@ -133,7 +153,7 @@ def _covered(
     """Return the share ``[nx, ny]`` of each column's surface below the ceiling that is covered; NaN without any."""
     record, arrays = explored.record, explored.arrays
     surface = arrays["surface"].astype(np.float64)
-    shown = surface[:, 2] - record.start[2] <= _CEILING
+    shown = surface[:, 2] - record.start[2] <= CEILING
     places = surface[shown, :2]
     near = arrays["distance"][shown] < float(record.settings["evaluation"]["threshold"])
     counts = np.ceil((high - low) / _cell(len(places), low, high)).astype(int)
@@ -146,7 +166,7 @@ def _covered(
 
 def _cell(points: int, low: npt.NDArray[np.float64], high: npt.NDArray[np.float64]) -> float:
     """Return the edge of a column, at least 5 cm, that has two points of the surface in the mean."""
-    return max(_CELL, float(np.sqrt(2 * np.prod(high - low) / max(points, 1))))
+    return max(_COLUMN, float(np.sqrt(2 * np.prod(high - low) / max(points, 1))))
 
 
 def _candidates(record: ExplorationRecord) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:

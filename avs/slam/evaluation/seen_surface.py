@@ -15,16 +15,15 @@ FloatArray = npt.NDArray[np.float64]
 _TOLERANCE = 0.01
 
 
-def surface_samples(simulator: Simulator, count: int, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """Return points ``[count, 3]`` drawn uniformly over a building's surface, by area, and their colours in 0..1."""
+def surface_samples(simulator: Simulator, count: int, rng: np.random.Generator) -> FloatArray:
+    """Return ``count`` points ``[count, 3]`` drawn uniformly over the surface of a building, by area."""
     building = simulator.building
     a, b, c = (building.vertices[building.triangles[:, k]].astype(np.float64) for k in range(3))
     areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     chosen = np.searchsorted(np.cumsum(areas), rng.random(count) * areas.sum(), side="right").clip(0, len(areas) - 1)
     root, second = np.sqrt(rng.random((count, 1))), rng.random((count, 1))
     weights = np.concatenate([1 - root, root * (1 - second), root * second], axis=1)
-    points = np.einsum("nk,knc->nc", weights, np.stack([a[chosen], b[chosen], c[chosen]]))
-    return points, simulator.colors.at(chosen, weights.astype(np.float32)).astype(np.float64)
+    return np.asarray(np.einsum("nk,knc->nc", weights, np.stack([a[chosen], b[chosen], c[chosen]])))
 
 
 def visible_from_floor(

@@ -12,6 +12,7 @@ from avs.selection.contract import Resources
 from avs.slam.building.robot_camera import cameras_at
 from avs.slam.evaluation.map_quality import coverage_of, fused_cloud, map_quality
 from avs.slam.evaluation.seen_surface import SeenSurface
+from avs.slam.evaluation.top_view import CELL, top_view
 from avs.slam.evaluation.trajectory_error import absolute_trajectory_error
 from avs.slam.exploration.frontiers import frontiers
 from avs.slam.exploration.occupancy import free_space
@@ -183,10 +184,12 @@ def _write_maps(path: Path, exploration: Exploration) -> None:
     free = free_space(grid, means, exploration.pose)
     left = frontiers(grid, free, exploration.pose, exploration.plan.frontiers)
     cells = [grid.centres(one.cells) for one in left]
+    above = top_view(world.simulator, world.surface, world.start.floor)
     arrays = {
         "trajectory": np.array([astuple(pose) for pose in exploration.trajectory]),
         "surface": world.surface.astype(np.float32),
-        "surface_rgb": np.rint(world.surface_colors * 255).astype(np.uint8),
+        "above_rgb": above.rgb,
+        "above_origin": above.origin,
         "distance": nearest_distances(world.surface, means).astype(np.float32),
         "seen": exploration.surface.seen,
         "frontiers": np.concatenate([np.zeros((0, 2)), *cells]),
@@ -198,4 +201,6 @@ def _write_maps(path: Path, exploration: Exploration) -> None:
         "opacities": np.asarray(tensors["opacities"].detach().numpy()),
         "scales": np.asarray(tensors["scales"].detach().numpy()),
     }
-    write_tensors(path, arrays, MAPS_HEADER, {"building": world.name, "cell": grid.settings.cell})
+    write_tensors(
+        path, arrays, MAPS_HEADER, {"building": world.name, "grid_cell": grid.settings.cell, "above_cell": CELL}
+    )

@@ -32,7 +32,6 @@ class World:
         storey: ``[layers, nx, ny]`` the part of the floor that can be reached on the storey of the start.
         start: the first pose.
         surface: ``[n, 3]`` points of the surface that can be seen from the storey, metres.
-        surface_colors: ``[n, 3]`` their colours, in 0..1.
         poses: at which renderings are compared.
         notes: what a reader of results should know of the mesh.
     """
@@ -44,7 +43,6 @@ class World:
     storey: npt.NDArray[np.bool_]
     start: Pose
     surface: npt.NDArray[np.float64]
-    surface_colors: npt.NDArray[np.float64]
     poses: tuple[Pose, ...]
     notes: tuple[str, ...]
 
@@ -69,12 +67,12 @@ def open_world(path: Path, name: str, settings: SlamSettings, seed: int) -> Worl
     storey = floor_map.storey(start)
     evaluation = settings.evaluation
     rng = np.random.default_rng(seed_of("slam evaluation", evaluation.seed))
-    samples, colors = surface_samples(simulator, evaluation.points, rng)
+    samples = surface_samples(simulator, evaluation.points, rng)
     seen = visible_from_floor(simulator, floor_map, storey, settings.camera, samples, evaluation.spacing)
     poses = random_poses(floor_map, storey, evaluation.poses, rng)
     notes = (*simulator.building.notes, *floor_map.notes)
     return World(
-        name, file_hash(path), simulator, floor_map, storey, start, samples[seen], colors[seen], tuple(poses), notes
+        name, file_hash(path), simulator, floor_map, storey, start, samples[seen], tuple(poses), notes
     )  # fmt: skip
 
 
