@@ -43,10 +43,10 @@ class _Explored:
 def write_slam_maps(records: Sequence[Path], maps: Sequence[Path], out: Path) -> None:
     """Write ``out`` with the suffixes ``.pdf`` and ``.png``: a map for each exploration, all of one building and start.
 
-    The first map is the truth, from above and without what lies higher than 1.8 m. Another shows the share of each column
-    of the surface below that height which lies within the threshold of a Gaussian's centre, from red (none) to blue
-    (all); the way of the robot, from dark to bright; frontiers that were left; and the candidates that were chosen, and
-    those that were not.
+    The first map is the truth, from above and without what lies higher than 1.8 m. Another shows the share of each
+    column of the surface below that height which lies within the threshold of a Gaussian's centre, from red (none) to
+    blue (all); the way of the robot, from dark to bright; frontiers that were left; and the candidates that were
+    chosen, and those that were not.
     Equal records give equal bytes.
 
     Args:
