@@ -36,6 +36,7 @@ include: "workflows/rules/runtime.smk"
 include: "workflows/rules/sensitivity.smk"
 include: "workflows/rules/sfm.smk"
 include: "workflows/rules/report.smk"
+include: "workflows/rules/figures.smk"
 
 
 for baseline in BASELINES:

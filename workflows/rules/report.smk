@@ -1,4 +1,4 @@
-# Tables and figures, from episode records and nothing else.
+# Tables, from records and nothing else.
 
 from avs.config.run_plan import RunPlan
 from avs.system.records import write_record
@@ -167,25 +167,6 @@ rule runtime_table:
         " --out {params.stem} --log {log}"
 
 
-rule psnr_over_views:
-    input:
-        episodes=all_episodes,
-        settings=f"{RESULTS}/settings/psnr_over_views.json",
-        code=sources("avs.report.figures.psnr_over_views"),
-    output:
-        multiext(f"{RESULTS}/figures/psnr_over_views", ".pdf", ".png"),
-    log:
-        f"{LOGS}/figures/psnr_over_views.log",
-    params:
-        made_of=made_of,
-        stem=subpath(output[0], strip_suffix=".pdf"),
-    message:
-        "figure: PSNR over views"
-    shell:
-        "{AVS} --made-of {params.made_of} psnr_over_views"
-        " {input.episodes} --settings {input.settings} --out {params.stem} --log {log}"
-
-
 rule tables:
     input:
         expand(f"{RESULTS}/tables/nvs_{{dataset}}.csv", dataset=SCENES),
@@ -195,9 +176,3 @@ rule tables:
         coverage_tables,
         coverage_figures,
         f"{RESULTS}/figures/psnr_over_views.pdf",
-
-
-rule figures:
-    input:
-        f"{RESULTS}/figures/psnr_over_views.pdf",
-        coverage_figures,
