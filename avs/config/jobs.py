@@ -11,9 +11,10 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from avs.config.configuration import Config, DataSet, protocol_of, scorer_of, variant_of
+from avs.config.configuration import protocol_of, scorer_of, variant_of
 from avs.config.method_weights import absent_methods, choosing_elsewhere, scoring_methods
-from avs.config.scenes import scenes_in
+from avs.config.run_config import Config, DataSet
+from avs.config.scenes import scenes_in, timed_scene
 from avs.config.studied import studied_methods
 from avs.coverage.coverage_settings import CoverageJob, CoverageSettings, ReferenceJob
 from avs.datasets.folder_reader import FolderReader
@@ -87,15 +88,32 @@ class CoverageTableJob(RowsJob):
 
 def _records(config: Config, *datasets: str) -> dict[str, Any]:
     """Return which records a table or figure holds: those of these data sets, or of all that are evaluated."""
-    scenes = {name: tuple(scenes_in(config.datasets[name])) for name in datasets or config.evaluated}
-    return {"methods": config.methods, "scenes": scenes, "seeds": config.seeds}
+    names = datasets or config.evaluated
+    shown = {method for name in names for method in config.methods_on(name)}
+    methods = config.methods_on(*names) if len(names) == 1 else [each for each in config.methods if each in shown]
+    scenes = {name: tuple(scenes_in(config.datasets[name])) for name in names}
+    return {"methods": methods, "scenes": scenes, "seeds": config.seeds}
+
+
+def _rows(config: Config, dataset: str, *, that_choose: bool = False) -> dict[str, Any]:
+    """Return the records of a data set, and why some of its methods have no number.
+
+    Args:
+        config: of the run.
+        dataset: name of the data set.
+        that_choose: whether methods that choose nothing have none, either.
+    """
+    records = _records(config, dataset)
+    absent = (choosing_elsewhere(config) if that_choose else {}) | absent_methods(config)
+    return records | {"absent": {method: why for method, why in absent.items() if method in records["methods"]}}
 
 
 def _scene(config: Config, name: str) -> SceneJob:
     dataset, scene = name.split("/")
     alone = scenes_in(config.datasets[dataset])[scene]
     background = getattr(config.representation, "background", BLACK)
-    settings = alone.model_copy(update={"published": None}).on_background(background)
+    # What tables make of the scene does not change it.
+    settings = alone.model_copy(update={"published": None, "methods": None, "tables": None}).on_background(background)
     return SceneJob(dataset=dataset, scene=settings, points=config.representation.needed_points())
 
 
@@ -126,7 +144,7 @@ def _episode(config: Config, method: str) -> EpisodeSettings:
     )
 
 
-def _common_states(config: Config, _: str) -> CommonStatesJob:
+def _common_states(config: Config, dataset: str) -> CommonStatesJob:
     return CommonStatesJob(
         device=config.device,
         protocol=config.protocol,
@@ -134,7 +152,7 @@ def _common_states(config: Config, _: str) -> CommonStatesJob:
         common_states=config.common_states or CommonStatesSettings(),
         methods=tuple(
             ScoredMethodSettings(method=method, selector=config.selectors.get(method, {}))
-            for method in scoring_methods(config)
+            for method in scoring_methods(config, dataset)
         ),
     )
 
@@ -158,28 +176,27 @@ def _runtime(config: Config, method: str) -> TimingSettings:
 
 
 def _runtime_table(config: Config, _: str) -> RowsJob:
-    return RowsJob(**_records(config), absent=choosing_elsewhere(config) | absent_methods(config))
+    dataset, scene = timed_scene(config)
+    return RowsJob(**_rows(config, dataset, that_choose=True) | {"scenes": {dataset: (scene,)}})
 
 
 def _nvs_table(config: Config, dataset: str) -> TableJob:
     name = published_name(config.datasets[dataset].published or dataset)
     published = None if name is None else f"results/published/{name}"
-    reference, absent = config.report.reference, absent_methods(config)
     left_out = dict(config.datasets[dataset].left_out())
     reader = config.datasets[dataset]
     pictures = reader.model_dump(include=set(PICTURES)) if isinstance(reader, FolderReader) else {}
     return TableJob(
-        **_records(config, dataset),
-        absent=absent,
+        **_rows(config, dataset),
         published=published,
-        reference=reference,
+        reference=config.report.reference,
         left_out=left_out,
         pictures=pictures,
     )
 
 
-def _ranking_table(config: Config, _: str) -> RowsJob:
-    return RowsJob(**_records(config), absent=choosing_elsewhere(config) | absent_methods(config))
+def _ranking_table(config: Config, dataset: str) -> RowsJob:
+    return RowsJob(**_rows(config, dataset, that_choose=True))
 
 
 def _sensitivity_episode(config: Config, name: str) -> EpisodeSettings:
@@ -187,11 +204,9 @@ def _sensitivity_episode(config: Config, name: str) -> EpisodeSettings:
     return _episode(variant_of(config, variant), method)
 
 
-def _sensitivity_table(config: Config, _: str) -> SensitivityJob:
+def _sensitivity_table(config: Config, dataset: str) -> SensitivityJob:
     variants = () if config.sensitivity is None else tuple(config.sensitivity.variants)
-    return SensitivityJob(
-        **_records(config) | {"methods": studied_methods(config)}, absent=absent_methods(config), variants=variants
-    )
+    return SensitivityJob(**_rows(config, dataset) | {"methods": studied_methods(config, dataset)}, variants=variants)
 
 
 def _figure(config: Config, _: str) -> FigureJob:
@@ -212,8 +227,7 @@ def _coverage(config: Config, _: str) -> CoverageJob:
 
 def _coverage_table(config: Config, dataset: str) -> CoverageTableJob:
     return CoverageTableJob(
-        **_records(config, dataset),
-        absent=absent_methods(config),
+        **_rows(config, dataset),
         published=f"results/published/{COVERAGE_NAME}",
         reference=config.report.reference,
         lacking=coverage_lacking(config),

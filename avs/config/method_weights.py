@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from avs.config.configuration import Config, scorer_of
+from avs.config.configuration import scorer_of
+from avs.config.run_config import Config
 from avs.iqa.cross_reference.published_weights import published_weights
 from avs.selection import registry
 from avs.system import weights
@@ -78,13 +79,13 @@ def absent_methods(config: Config) -> dict[str, Reason]:
     return {method: reason for method in config.methods if (reason := _why_not(config, method)) is not None}
 
 
-def scoring_methods(config: Config) -> tuple[str, ...]:
-    """Return the methods of the run that score candidates at common states.
+def scoring_methods(config: Config, dataset: str) -> tuple[str, ...]:
+    """Return the methods on a data set that score candidates at common states.
 
     Those of an oracle that measures a truth are that truth itself, which needs no method.
     """
     absent = absent_methods(config) | choosing_elsewhere(config)
-    able = (method for method in config.methods if method not in absent)
+    able = (method for method in config.methods_on(dataset) if method not in absent)
     return tuple(method for method in able if registry.find(method).method.measures is None)
 
 

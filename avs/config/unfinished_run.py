@@ -33,13 +33,12 @@ def unfinished(plan: RunPlan) -> UnfinishedRun:
     """Return what the tables of a run are made from, whether it is there or not."""
     config = plan.config
     return UnfinishedRun(
-        methods=config.methods,
         reference=config.report.reference,
         absent=absent_methods(config),
         tables=tuple(_table(plan, dataset) for dataset in config.evaluated),
         times=None if plan.timed is None else _times(plan, *plan.timed),
         sensitivity=tuple(_wanted_sensitivity(plan)),
-        coverage=() if config.coverage is None else tuple(_coverage(plan, dataset) for dataset in config.evaluated),
+        coverage=tuple(_coverage(plan, dataset) for dataset in config.with_table("coverage")),
     )
 
 
@@ -48,13 +47,14 @@ def _coverage(plan: RunPlan, dataset: str) -> WantedCoverageTable:
     assert isinstance(settings, CoverageTableJob)
     places = [
         {"dataset": dataset, "scene": scene, "method": method, "seed": str(seed)}
-        for method in plan.config.methods
+        for method in settings.methods
         if method not in settings.absent
         for scene in plan.scenes[dataset]
         for seed in plan.config.seeds
     ]
     return WantedCoverageTable(
         dataset=dataset,
+        methods=settings.methods,
         records=tuple(
             WantedCoverage(
                 method=place["method"],
@@ -74,10 +74,11 @@ def _coverage(plan: RunPlan, dataset: str) -> WantedCoverageTable:
 
 def _wanted_sensitivity(plan: RunPlan) -> Iterator[WantedSensitivity]:
     """Yield the sensitivity tables that the run makes with the others, and those that have been begun."""
-    told, methods, absent = plan.config.sensitivity, studied_methods(plan.config), absent_methods(plan.config)
+    told, absent = plan.config.sensitivity, absent_methods(plan.config)
     if told is None:
         return
     for dataset, scenes in plan.studied.items():
+        methods = studied_methods(plan.config, dataset)
         settings = {
             name: tuple(
                 _studied_episode(plan, name, method, dataset, scene, seed)
@@ -123,9 +124,10 @@ def _table(plan: RunPlan, dataset: str) -> WantedTable:
     assert isinstance(settings, TableJob)
     return WantedTable(
         dataset=dataset,
+        methods=settings.methods,
         episodes=tuple(
             _episode(plan, method, dataset, scene, seed)
-            for method in plan.config.methods
+            for method in settings.methods
             if method not in settings.absent
             for scene in plan.scenes[dataset]
             for seed in plan.config.seeds
@@ -133,19 +135,19 @@ def _table(plan: RunPlan, dataset: str) -> WantedTable:
         published=None if settings.published is None else Path(settings.published),
         left_out=settings.left_out,
         pictures=settings.pictures,
-        states=() if plan.config.common_states is None else tuple(_states(plan, dataset)),
-        unscored=_unscored(plan),
+        states=tuple(_states(plan, dataset)) if dataset in plan.config.with_table("ranking") else (),
+        unscored=_unscored(plan, dataset),
     )
 
 
-def _unscored(plan: RunPlan) -> dict[str, Reason]:
-    settings = settings_of(plan.config, "ranking_table")
+def _unscored(plan: RunPlan, dataset: str) -> dict[str, Reason]:
+    settings = settings_of(plan.config, f"ranking_table/{dataset}")
     assert isinstance(settings, RowsJob)
     return settings.absent
 
 
 def _states(plan: RunPlan, dataset: str) -> Iterator[WantedStates]:
-    settings = settings_of(plan.config, "common_states")
+    settings = settings_of(plan.config, f"common_states/{dataset}")
     assert isinstance(settings, CommonStatesJob)
     told = settings.model_dump(mode="json", include={"protocol", "representation", "common_states"})
     for scene in plan.scenes[dataset]:
@@ -192,11 +194,12 @@ def _times(plan: RunPlan, dataset: str, scene: str) -> WantedTimes:
     assert isinstance(settings, RowsJob)
     places = [
         {"method": method, "dataset": dataset, "scene": scene}
-        for method in plan.config.methods
+        for method in settings.methods
         if method not in settings.absent
     ]
     return WantedTimes(
         dataset=dataset,
+        methods=settings.methods,
         scene=scene,
         records=tuple(
             WantedRecord(

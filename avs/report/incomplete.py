@@ -87,6 +87,7 @@ class WantedTable:
 
     Attributes:
         dataset: its name.
+        methods: identifiers of the rows, in order.
         episodes: what the first is made from.
         published: file of the paper's values, or None.
         states: what the second is made from; none if the run leaves it out.
@@ -96,6 +97,7 @@ class WantedTable:
     """
 
     dataset: str
+    methods: tuple[str, ...]
     episodes: tuple[WantedEpisode, ...]
     published: Path | None
     states: tuple[WantedStates, ...] = ()
@@ -125,6 +127,7 @@ class WantedTimes:
 
     Attributes:
         dataset: the data set of the scene.
+        methods: identifiers of the rows, in order.
         scene: the scene on which methods are timed.
         records: one for each method that is timed.
         absent: why another is not, by identifier.
@@ -132,6 +135,7 @@ class WantedTimes:
     """
 
     dataset: str
+    methods: tuple[str, ...]
     scene: str
     records: tuple[WantedRecord, ...]
     absent: Mapping[str, Reason]
@@ -143,7 +147,6 @@ class UnfinishedRun:
     """All that the tables of a run are made from.
 
     Attributes:
-        methods: identifiers of the rows, in order.
         reference: the method that the others are compared with, or None.
         absent: why a method could not run, by identifier.
         tables: for each data set.
@@ -152,7 +155,6 @@ class UnfinishedRun:
         coverage: the coverage table of each data set; none if the run leaves them out.
     """
 
-    methods: tuple[str, ...]
     reference: str | None
     absent: Mapping[str, Reason]
     tables: tuple[WantedTable, ...]
@@ -184,36 +186,35 @@ def incomplete_documents(run: UnfinishedRun) -> tuple[dict[str, Document], list[
     collected: dict[str, Episodes] = {}
     for table in run.tables:
         with _left_out_into(lines):
-            episodes = existing_episodes(table, run.methods)
+            episodes = existing_episodes(table)
             beside = (table.published, run.absent, run.reference, table.left_out, table.pictures)
-            documents[f"{_NVS}{table.dataset}"] = view_synthesis(episodes, run.methods, *beside)
+            documents[f"{_NVS}{table.dataset}"] = view_synthesis(episodes, table.methods, *beside)
             collected[table.dataset] = episodes
         if table.states:
             with _left_out_into(lines):
-                documents[f"ranking_{table.dataset}"] = _ranking(table, run.methods)
+                documents[f"ranking_{table.dataset}"] = _ranking(table)
     if run.times is not None:
         with _left_out_into(lines):
             episodes = collected.get(run.times.dataset, Episodes(run.times.dataset, {}))
-            documents["runtime"] = _selection_times(run.times, episodes, run.methods)
+            documents["runtime"] = _selection_times(run.times, episodes)
     for each in run.sensitivity:
         with _left_out_into(lines):
             documents[f"sensitivity_{each.dataset}"] = _sensitivity(each, run.absent)
     for wanted in run.coverage:
         with _left_out_into(lines):
             if wanted.dataset in collected:
-                arguments = (run.methods, run.absent, run.reference)
                 name = f"{_COVERAGE}{wanted.dataset}"
-                documents[name] = incomplete_coverage(wanted, collected[wanted.dataset], *arguments)
+                documents[name] = incomplete_coverage(wanted, collected[wanted.dataset], run.absent, run.reference)
     return documents, lines
 
 
-def existing_episodes(table: WantedTable, methods: Sequence[str]) -> Episodes:
+def existing_episodes(table: WantedTable) -> Episodes:
     """Read the episodes of a data set that are there, with the reason for each that is not.
 
     Raises:
         UserError: there is none, or they cannot be compared with one another.
     """
-    episodes = _existing(table.episodes, table.dataset, methods)
+    episodes = _existing(table.episodes, table.dataset, table.methods)
     if not episodes.cells:
         reasons = dict.fromkeys(why for cells in episodes.missing.values() for why in cells.values())
         raise UserError(f"tables of {table.dataset}", "no episode yet", "; ".join(reasons))
@@ -240,13 +241,13 @@ def _sensitivity(wanted: WantedSensitivity, absent: Mapping[str, Reason]) -> Doc
     return setting_sensitivity(found.pop(BASE), found, wanted.methods, absent)
 
 
-def _ranking(table: WantedTable, methods: Sequence[str]) -> Document:
+def _ranking(table: WantedTable) -> Document:
     reasons = {wanted.cell: _why_not(wanted, CommonStates) for wanted in table.states}
     missing = {cell: why for cell, why in reasons.items() if why is not None}
     paths = [wanted.path for wanted in table.states if wanted.cell not in missing]
     if not paths:
         raise UserError(f"ranking of {table.dataset}", "no record yet", "; ".join(dict.fromkeys(missing.values())))
-    return score_ranking(replace(read_states(paths, table.dataset), missing=missing), methods, table.unscored)
+    return score_ranking(replace(read_states(paths, table.dataset), missing=missing), table.methods, table.unscored)
 
 
 def _why_not(wanted: WantedEpisode | WantedStates, kind: type[_Record]) -> str | None:
@@ -258,7 +259,7 @@ def _why_not(wanted: WantedEpisode | WantedStates, kind: type[_Record]) -> str |
     return f"it was run with another {differing[0]}" if differing else None
 
 
-def _selection_times(wanted: WantedTimes, episodes: Episodes, methods: Sequence[str]) -> Document:
+def _selection_times(wanted: WantedTimes, episodes: Episodes) -> Document:
     found = {each.method: _read(each, Runtime) for each in wanted.records}
     untimed = {method: Reason(cause="not timed", remedy=why) for method, why in found.items() if isinstance(why, str)}
     paths = [each.path for each in wanted.records if each.method not in untimed]
@@ -271,7 +272,7 @@ def _selection_times(wanted: WantedTimes, episodes: Episodes, methods: Sequence[
         {method: _of_scene(cells, wanted.scene) for method, cells in episodes.missing.items()},
     )
     absent = {**wanted.absent, **untimed}
-    return selection_times(read_runtimes(paths), alone, methods, absent, wanted.published, untimed=len(untimed))
+    return selection_times(read_runtimes(paths), alone, wanted.methods, absent, wanted.published, untimed=len(untimed))
 
 
 def _of_scene(cells: Mapping[Cell, _Value], scene: str) -> dict[Cell, _Value]:

@@ -20,6 +20,9 @@ NAMES = {
     "scorer_train": "dinov2",
     "nvs_table": "orbit",
     "coverage_table": "orbit",
+    "ranking_table": "orbit",
+    "common_states": "orbit",
+    "sensitivity_table": "orbit",
     "sensitivity_episode": "every_point/fisherrf",
 }
 

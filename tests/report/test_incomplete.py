@@ -94,8 +94,8 @@ class Results:
             for scene in SCENES
             for seed in SEEDS
         )
-        tables = (WantedTable("orbit", wanted, None, states if ranked else ()),)
-        run = UnfinishedRun((*methods, *(absent or {})), "ours-repvit", absent or {}, tables, times)
+        tables = (WantedTable("orbit", (*methods, *(absent or {})), wanted, None, states if ranked else ()),)
+        run = UnfinishedRun("ours-repvit", absent or {}, tables, times)
         return write_incomplete_tables(run, self.folder / "tables_incomplete")
 
     def rows(self):
@@ -199,14 +199,14 @@ def test_selection_times_name_the_methods_that_are_not_timed(results, tmp_path):
         if method != "random":
             write_record(path, make_record(method))
     results.log("time-random", "error: random: too slow; wait\n")
-    _, left_out = results.write(times=WantedTimes("orbit", "attic", tuple(records), {}, ()))
+    _, left_out = results.write(times=WantedTimes("orbit", METHODS, "attic", tuple(records), {}, ()))
     assert left_out == []
     text = (tmp_path / "tables_incomplete" / "runtime.md").read_text()
     assert text.startswith("Incomplete: 1 method not timed. Selection times on the scene attic")
     assert "- Random: not timed: random: too slow; wait\n" in text
     for record in records[1:]:
         record.path.unlink()
-    _, left_out = results.write(times=WantedTimes("orbit", "attic", tuple(records), {}, ()))
+    _, left_out = results.write(times=WantedTimes("orbit", METHODS, "attic", tuple(records), {}, ()))
     assert left_out[0].startswith("left out: table of selection times: no method is timed yet; random: too slow")
 
 

@@ -43,7 +43,7 @@ def write_plan():
     plan = RunPlan(
         config=settings,
         scenes={dataset: tuple(scenes) for dataset, scenes in LISTED.items()},
-        timed=timed_scene() if settings.runtime is not None and TIMED else None,
+        timed=TIMED_SCENE if settings.runtime is not None and TIMED else None,
         studied={dataset: tuple(scenes) for dataset, scenes in STUDIED.items()},
         published_times=PUBLISHED_TIMES,
         records=records,
@@ -67,10 +67,11 @@ def dataset_states(wildcards):
 
 
 def ranking_tables(wildcards):
-    """Return the table of rank correlations of each data set, unless the configuration leaves them out."""
-    if settings.common_states is None:
-        return []
-    return expand(f"{RESULTS}/tables/ranking_{{dataset}}.csv", dataset=SCENES)
+    """Return the table of rank correlations of each data set, unless the configuration leaves it out."""
+    return expand(
+        f"{RESULTS}/tables/ranking_{{dataset}}.csv",
+        dataset=settings.with_table("ranking"),
+    )
 
 
 def runtime_tables(wildcards):
@@ -119,7 +120,7 @@ rule nvs_table:
 rule ranking_table:
     input:
         records=dataset_states,
-        settings=f"{RESULTS}/settings/ranking_table.json",
+        settings=f"{RESULTS}/settings/ranking_table/{{dataset}}.json",
         code=sources("avs.report.tables.score_ranking"),
     output:
         multiext(

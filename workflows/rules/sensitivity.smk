@@ -5,7 +5,7 @@ from avs.config.studied import studied_methods, studied_scenes
 VARIED_EPISODE = EPISODE.replace("/episodes/", "/sensitivity/{variant}/episodes/")
 
 try:
-    STUDIED = studied_scenes(settings.sensitivity, SCENES)
+    STUDIED = studied_scenes(settings, SCENES)
 except UserError as error:
     sys.exit(f"error: {error}")
 
@@ -16,7 +16,9 @@ def studied_episodes(path, dataset, **names):
     return expand(
         path,
         dataset=dataset,
-        method=[each for each in studied_methods(settings) if each not in ABSENT],
+        method=[
+            each for each in studied_methods(settings, dataset) if each not in ABSENT
+        ],
         scene=STUDIED[dataset],
         seed=told.seeds or settings.seeds,
         **names,
@@ -109,7 +111,7 @@ rule sensitivity_table:
     input:
         base=base_episodes,
         varied=varied_episodes,
-        settings=f"{RESULTS}/settings/sensitivity_table.json",
+        settings=f"{RESULTS}/settings/sensitivity_table/{{dataset}}.json",
         code=sources("avs.report.tables.setting_sensitivity"),
     output:
         multiext(
