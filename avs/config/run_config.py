@@ -17,7 +17,7 @@ from avs.iqa.cross_reference.scorer_settings import BACKBONE_OF, ScorerSettings
 from avs.nvs.common_states_settings import CommonStatesSettings
 from avs.nvs.protocol import ProtocolSettings
 from avs.nvs.timing_settings import RuntimeSettings
-from avs.report.published import PRINTED_NAMES
+from avs.report.published import PRINTED_NAMES, STAND_INS
 from avs.report.report_settings import ReportSettings
 from avs.representations import kinds
 from avs.representations.kinds import AnyRepresentationSettings
@@ -118,6 +118,9 @@ class Config(StrictModel):
             if self.datasets[name].methods is not None:
                 raise ValueError(f"datasets.{name}.methods is of a data set for scorers, on which no method runs")
         for name, dataset in self.datasets.items():
+            if name in STAND_INS and (dataset.source, getattr(dataset, "pattern", None)) != ("embedded", name):
+                twin = PRINTED_NAMES[STAND_INS[name]]
+                raise ValueError(f"datasets.{name}: this name is kept for the embedded twin of {twin}; rename it")
             if dataset.published is not None and dataset.published not in PRINTED_NAMES:
                 raise ValueError(f"datasets.{name}.published must be one of {', '.join(PRINTED_NAMES)}")
         return self

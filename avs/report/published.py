@@ -62,6 +62,13 @@ def published_name(dataset: str) -> str | None:
     return f"nvs_{source}.csv" if source in PRINTED_NAMES else None
 
 
+def called(dataset: str) -> str:
+    """Return how a caption calls a data set: a stand-in is called the twin of what it stands for."""
+    if dataset not in STAND_INS:
+        return dataset
+    return f"{dataset}, an embedded twin of {PRINTED_NAMES[STAND_INS[dataset]]}"
+
+
 @dataclass(frozen=True)
 class Published:
     """The paper's values of one scene, or their means over scenes.
@@ -122,7 +129,7 @@ def why_no_difference(
         pictures: its settings of the size of images and of the split; one that is not there is not known.
     """
     if STAND_INS.get(dataset) == source:
-        return f"{dataset} has other scenes, with the same kind of camera path"
+        return f"{dataset} is a twin, with nothing in common but the kind of camera path"
     if dataset != source:
         return f"{dataset} is another data set"
     if source not in SCENES:

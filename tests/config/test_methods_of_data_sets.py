@@ -83,3 +83,10 @@ def test_a_data_set_for_scorers_has_no_methods():
     held = {"training": ["hall"], "held_out": ["orbit"]}
     with pytest.raises(UserError, match=r"datasets\.hall\.methods is of a data set for scorers"):
         load(values(methods=["random"]) | {"distortions": held})
+
+
+@pytest.mark.parametrize("dataset", [HALL, {"source": "captures", "folder": "photographs"}])
+def test_the_name_of_a_twin_is_kept_for_it(dataset):
+    """Else the paper's values would stand beside other scenes as those of its twin."""
+    with pytest.raises(UserError, match=r"datasets\.orbit: this name is kept for the embedded twin of Mip-NeRF360"):
+        load(values() | {"datasets": {"orbit": dataset}})

@@ -31,7 +31,7 @@ def test_every_data_set_has_its_scenes_in_order():
     changed["datasets"] |= {"near": embedded("orbit", 3, 1), "far": embedded("walkthrough", 1)}
     config = load(changed)
     listed = scenes_of(config)
-    assert config.evaluated == ("orbit", "near", "far")
+    assert config.evaluated == ("orbit", "walkthrough", "handheld", "egocentric", "near", "far")
     assert list(listed["near"]) == ["orbit_3", "orbit_1"]
     assert list(listed["handheld_training"]) == ["handheld_100", "handheld_101", "handheld_102", "handheld_103"]
 

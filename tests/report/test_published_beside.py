@@ -36,7 +36,7 @@ def test_the_papers_scenes_in_its_protocol_have_a_difference(episode, table):
     [
         ({"scenes": NINE[:3]}, "its mean is over bicycle, bonsai, counter, flowers, garden, kitchen, room, stump"),
         ({"scenes": [*NINE, "attic"]}, "its mean is over bicycle"),
-        ({"dataset": "orbit"}, "orbit has other scenes, with the same kind of camera path"),
+        ({"dataset": "orbit"}, "orbit is a twin, with nothing in common but the kind of camera path"),
         ({"dataset": "captures"}, "captures is another data set"),
         ({"iterations": 2000}, "iterations 2000 in place of 30000"),
         ({"additions": [10, 20]}, "additions at other iterations"),

@@ -12,7 +12,14 @@ from avs.report.formats.numbers import EXTRA_DECIMALS, plain
 from avs.report.formats.writing import write_document
 from avs.report.machines import machine_notes
 from avs.report.methods import presented
-from avs.report.published import PRINTED_NAMES, Published, published_note, read_published, why_no_difference
+from avs.report.published import (
+    PRINTED_NAMES,
+    Published,
+    called,
+    published_note,
+    read_published,
+    why_no_difference,
+)
 from avs.report.tables.arrangement import arranged
 from avs.report.tables.coverage_agreement import TWINS, CoverageAgreement, agreement_listing, agreements
 from avs.report.tables.episode_entries import entry_cells, entry_listing, has_spread
@@ -158,7 +165,7 @@ def _caption(
 ) -> list[str]:
     facts = [*scenes_and_seeds(episodes), f"{span(episode.budget for episode in episodes.all)} views"]
     sentences = [
-        f"Scene coverage by structure from motion on the data set {episodes.dataset}: {', '.join(facts)}.",
+        f"Scene coverage by structure from motion on the data set {called(episodes.dataset)}: {', '.join(facts)}.",
         *_measured(coverages),
     ]
     if trust and any(each.other in TWINS.values() for each in trust):

@@ -12,7 +12,14 @@ from avs.report.formats.numbers import EXTRA_DECIMALS, plain
 from avs.report.formats.writing import write_document
 from avs.report.machines import machine_notes
 from avs.report.methods import presented
-from avs.report.published import PRINTED_NAMES, Published, published_note, read_published, why_no_difference
+from avs.report.published import (
+    PRINTED_NAMES,
+    Published,
+    called,
+    published_note,
+    read_published,
+    why_no_difference,
+)
 from avs.report.tables.arrangement import arranged
 from avs.report.tables.episode_entries import Numbers, entry_cells, entry_listing, has_spread
 from avs.report.tables.episode_gaps import incomplete
@@ -163,7 +170,7 @@ def _caption(episodes: Episodes, numbers: Numbers, left_out: int) -> list[str]:
         f"{span(episode.curve[-1].iteration for episode in episodes.all)} iterations",
     ]
     sentences = [
-        f"Active view selection on the data set {episodes.dataset}: {', '.join(facts)}.",
+        f"Active view selection on the data set {called(episodes.dataset)}: {', '.join(facts)}.",
         *([f"Left out: {count(left_out, 'folder')} of it that cannot be a scene."] if left_out else []),
         "Test images at the end of the optimisation; mean over seeds of the mean over scenes.",
     ]
