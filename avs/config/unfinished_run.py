@@ -13,7 +13,9 @@ from avs.config.run_plan import RunPlan
 from avs.config.studied import studied_methods
 from avs.nvs.common_states_settings import CommonStatesJob
 from avs.nvs.episode_settings import EpisodeSettings
-from avs.report.incomplete import (
+from avs.report.incomplete_coverage import WantedCoverage, WantedCoverageTable
+from avs.report.report_settings import BASE
+from avs.report.wanted_records import (
     UnfinishedRun,
     WantedEpisode,
     WantedRecord,
@@ -22,8 +24,6 @@ from avs.report.incomplete import (
     WantedTable,
     WantedTimes,
 )
-from avs.report.incomplete_coverage import WantedCoverage, WantedCoverageTable
-from avs.report.report_settings import BASE
 from avs.selection import registry
 from avs.system.ledger import why_stale
 from avs.system.reasons import Reason

@@ -5,9 +5,9 @@ from __future__ import annotations
 import contextlib
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from avs.nvs.common_states_record import CommonStates
 from avs.nvs.record import Episode
@@ -17,13 +17,22 @@ from avs.report.collect_states import read_states
 from avs.report.document import Document
 from avs.report.formats.markdown import document_markdown
 from avs.report.formats.writing import write_document
-from avs.report.incomplete_coverage import WantedCoverageTable, incomplete_coverage
+from avs.report.incomplete_coverage import incomplete_coverage
 from avs.report.report_settings import BASE
 from avs.report.tables.score_ranking import score_ranking
 from avs.report.tables.selection_times import selection_times
 from avs.report.tables.selection_times_numbers import read_runtimes
 from avs.report.tables.setting_sensitivity import setting_sensitivity
 from avs.report.tables.view_synthesis import view_synthesis
+from avs.report.wanted_records import (
+    UnfinishedRun,
+    WantedEpisode,
+    WantedRecord,
+    WantedSensitivity,
+    WantedStates,
+    WantedTable,
+    WantedTimes,
+)
 from avs.scene.scene import SceneFile
 from avs.system.errors import UserError
 from avs.system.job_logs import why_missing
@@ -34,133 +43,6 @@ _NVS, _COVERAGE = "nvs_", "coverage_"  # begin the names of the tables that a ru
 
 _Value = TypeVar("_Value")
 _Record = TypeVar("_Record", Episode, CommonStates, Runtime)
-
-
-@dataclass(frozen=True)
-class WantedRecord:
-    """A record that a run asks for.
-
-    Attributes:
-        method: identifier.
-        path: where it is written.
-        scene: ``scene.json`` of its scene; a record of another version of the scene does not count.
-        logs: of its job, then of the jobs that it waits for.
-        stale: why the record does not count though it is there, such as a change of code, or None.
-    """
-
-    method: str
-    path: Path
-    scene: Path
-    logs: tuple[Path, ...]
-    stale: str | None = field(default=None, kw_only=True)
-
-
-@dataclass(frozen=True)
-class WantedEpisode(WantedRecord):
-    """An episode that a run asks for.
-
-    Attributes:
-        cell: its scene and seed.
-        settings: fields of its record, such as the protocol, that must have these values; a record of another
-            configuration does not count.
-    """
-
-    cell: Cell
-    settings: Mapping[str, Any]
-
-
-@dataclass(frozen=True)
-class WantedStates:
-    """The record of the common states of one scene and seed; see ``WantedEpisode``."""
-
-    path: Path
-    scene: Path
-    logs: tuple[Path, ...]
-    cell: Cell
-    settings: Mapping[str, Any]
-    stale: str | None = None
-
-
-@dataclass(frozen=True)
-class WantedTable:
-    """The view synthesis and the ranking table of one data set.
-
-    Attributes:
-        dataset: its name.
-        methods: identifiers of the rows, in order.
-        episodes: what the first is made from.
-        published: file of the paper's values, or None.
-        states: what the second is made from; none if the run leaves it out.
-        unscored: why a method has no scores in it, by identifier.
-        left_out: why something that looks like a scene is none, by its name.
-        pictures: settings of the size of images and of the split, as far as they are known.
-    """
-
-    dataset: str
-    methods: tuple[str, ...]
-    episodes: tuple[WantedEpisode, ...]
-    published: Path | None
-    states: tuple[WantedStates, ...] = ()
-    unscored: Mapping[str, Reason] = field(default_factory=dict)
-    left_out: Mapping[str, Reason] = field(default_factory=dict)
-    pictures: Mapping[str, Any] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class WantedSensitivity:
-    """The sensitivity table of one data set.
-
-    Attributes:
-        dataset: its name.
-        methods: identifiers of the rows, in order.
-        settings: the episodes under each of the settings, by its name; the run's own come first, as ``BASE``.
-    """
-
-    dataset: str
-    methods: tuple[str, ...]
-    settings: Mapping[str, tuple[WantedEpisode, ...]]
-
-
-@dataclass(frozen=True)
-class WantedTimes:
-    """The table of selection times.
-
-    Attributes:
-        dataset: the data set of the scene.
-        methods: identifiers of the rows, in order.
-        scene: the scene on which methods are timed.
-        records: one for each method that is timed.
-        absent: why another is not, by identifier.
-        published: files of the paper's times.
-    """
-
-    dataset: str
-    methods: tuple[str, ...]
-    scene: str
-    records: tuple[WantedRecord, ...]
-    absent: Mapping[str, Reason]
-    published: tuple[Path, ...]
-
-
-@dataclass(frozen=True)
-class UnfinishedRun:
-    """All that the tables of a run are made from.
-
-    Attributes:
-        reference: the method that the others are compared with, or None.
-        absent: why a method could not run, by identifier.
-        tables: for each data set.
-        times: the selection times, or None if the run leaves them out.
-        sensitivity: the sensitivity table of each data set; none if the run leaves them out.
-        coverage: the coverage table of each data set; none if the run leaves them out.
-    """
-
-    reference: str | None
-    absent: Mapping[str, Reason]
-    tables: tuple[WantedTable, ...]
-    times: WantedTimes | None
-    sensitivity: tuple[WantedSensitivity, ...] = ()
-    coverage: tuple[WantedCoverageTable, ...] = ()
 
 
 def write_incomplete_tables(run: UnfinishedRun, out: Path) -> tuple[list[str], list[str]]:

@@ -4,14 +4,14 @@ import csv
 
 import pytest
 
-from avs.report.incomplete import (
+from avs.report.incomplete import write_incomplete_tables
+from avs.report.wanted_records import (
     UnfinishedRun,
     WantedEpisode,
     WantedRecord,
     WantedStates,
     WantedTable,
     WantedTimes,
-    write_incomplete_tables,
 )
 from avs.scene.scene import SceneFile
 from avs.scene.similarity import IDENTITY

@@ -2,6 +2,7 @@ r"""Tables as LaTeX in the form of the paper's Table 1, to be read by ``\input``
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 from avs.report.document import Cell, Column, Comparison, Document, Group
@@ -12,6 +13,7 @@ from metrics.definitions import Metric
 # The paper's shades of the best, second and third value.
 _COLOURS = {1: "F4CCCC", 2: "FCE5CD", 3: "D9EAD3"}
 _DASH = "--"
+_WIDE = 10  # columns of numbers; more of them are scaled to the width of the page
 _SPECIAL = {
     "\\": r"\textbackslash{}",
     "{": r"\{",
@@ -39,10 +41,10 @@ _SPECIAL = {
 def document_latex(document: Document) -> str:
     """Return a ``table*`` environment: caption, label, the table, the comparison, and the notes.
 
-    It needs the packages booktabs, multirow, and xcolor with the option ``table``.
+    It needs the packages booktabs, graphicx, multirow, and xcolor with the option ``table``.
     """
     lines = [
-        r"% needs \usepackage{booktabs,multirow} and \usepackage[table]{xcolor}",
+        r"% needs \usepackage{booktabs,graphicx,multirow} and \usepackage[table]{xcolor}",
         r"\begin{table*}[t]",
         r"\centering",
         r"\small",
@@ -73,19 +75,34 @@ def _legend() -> str:
 def _grid(document: Document) -> list[str]:
     """Return the rows by group as a ``tabular``, with the best three values of each column shaded."""
     width = sum(map(_width, document.columns))
-    lines = [rf"\begin{{tabular}}{{ll{'r' * width}}}", r"\toprule", *_header(document.columns)]
+    lines = [rf"\begin{{tabular}}{{ll{'r' * width}}}", r"\toprule"]
+    lines += [*_spans(document.columns), *_header(document.columns, _escape(document.rows_are))]
     for group in document.groups:
         lines += [r"\midrule", *_rows(group, document.columns, width)]
-    return [*lines, r"\bottomrule", r"\end{tabular}"]
+    lines += [r"\bottomrule", r"\end{tabular}"]
+    return lines if width <= _WIDE else [r"\resizebox{\textwidth}{!}{%", *lines, "}"]
+
+
+def _spans(columns: Sequence[Column]) -> list[str]:
+    """Return the headings above neighbouring columns; none if no column has one."""
+    if not any(column.over for column in columns):
+        return []
+    texts, rules, start = [], [], 3
+    for over, members in itertools.groupby(columns, key=lambda column: column.over):
+        width = sum(map(_width, members))
+        texts.append(rf"\multicolumn{{{width}}}{{c}}{{{_escape(over or '')}}}")
+        rules += [rf"\cmidrule(lr){{{start}-{start + width - 1}}}"] if over else []
+        start += width
+    return [f" & & {' & '.join(texts)} \\\\", " ".join(rules)]
 
 
 def _width(column: Column) -> int:
     return 1 + (column.published is not None) + column.difference
 
 
-def _header(columns: Sequence[Column]) -> list[str]:
+def _header(columns: Sequence[Column], rows_are: str) -> list[str]:
     if not any(column.published for column in columns):
-        return [f" & Method & {' & '.join(_title(column.metric) for column in columns)} \\\\"]
+        return [f" & {rows_are} & {' & '.join(_title(column.metric) for column in columns)} \\\\"]
     spans, rules, names, start = [], [], [], 3
     for column in columns:
         title = _title(column.metric)
@@ -96,7 +113,7 @@ def _header(columns: Sequence[Column]) -> list[str]:
         if width > 1:
             rules.append(rf"\cmidrule(lr){{{start}-{start + width - 1}}}")
         start += width
-    return [f" & & {' & '.join(spans)} \\\\", " ".join(rules), f" & Method{''.join(names)} \\\\"]
+    return [f" & & {' & '.join(spans)} \\\\", " ".join(rules), f" & {rows_are}{''.join(names)} \\\\"]
 
 
 def _rows(group: Group, columns: Sequence[Column], width: int) -> list[str]:
@@ -105,16 +122,21 @@ def _rows(group: Group, columns: Sequence[Column], width: int) -> list[str]:
         # As in the paper, a rule sets its own methods off from the others of their group.
         if index > 0 and row.proposed and not group.rows[index - 1].proposed:
             lines.append(rf"\cmidrule(l){{2-{2 + width}}}")
-        texts = [rf"\multirow{{{len(group.rows)}}}{{*}}{{{_escape(group.name)}}}" if index == 0 else ""]
+        texts = [rf"\multirow{{{len(group.rows)}}}{{*}}{{{_heading(group)}}}" if index == 0 else ""]
         texts.append(_escape(row.label))
         for column, cell in zip(columns, row.cells, strict=True):
-            texts += _texts(column, cell)
+            texts += _texts(column, cell, (group.metric or column.metric).decimals)
         lines.append(" & ".join(texts) + r" \\")
     return lines
 
 
-def _texts(column: Column, cell: Cell) -> list[str]:
-    decimals = column.metric.decimals
+def _heading(group: Group) -> str:
+    """Return the heading of a group, with the metric that all of its numbers are."""
+    named = [_escape(group.name)] if group.name else []
+    return " ".join([*named, *([_title(group.metric)] if group.metric else [])])
+
+
+def _texts(column: Column, cell: Cell, decimals: int) -> list[str]:
     value = measured(cell, decimals, r" $\pm$ ")
     if value is None:
         value = _DASH if cell.cause is None else rf"{{\scriptsize {_escape(cell.cause)}}}"
