@@ -141,6 +141,7 @@ def _episode(config: Config, method: str) -> EpisodeSettings:
         own_schedule=any(getattr(protocol, name) != getattr(config.protocol, name) for name in moments),
         representation=config.representation,
         selector=config.selectors.get(method, {}),
+        pictures=config.pictures,
     )
 
 
@@ -201,7 +202,7 @@ def _ranking_table(config: Config, dataset: str) -> RowsJob:
 
 def _sensitivity_episode(config: Config, name: str) -> EpisodeSettings:
     variant, method = name.split("/")
-    return _episode(variant_of(config, variant), method)
+    return _episode(variant_of(config, variant).model_copy(update={"pictures": None}), method)
 
 
 def _sensitivity_table(config: Config, dataset: str) -> SensitivityJob:

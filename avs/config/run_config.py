@@ -15,6 +15,7 @@ from avs.datasets.reader import FurtherTable, Reader
 from avs.datasets.reader_registry import readers
 from avs.iqa.cross_reference.scorer_settings import BACKBONE_OF, ScorerSettings
 from avs.nvs.common_states_settings import CommonStatesSettings
+from avs.nvs.picture_settings import PictureSettings
 from avs.nvs.protocol import ProtocolSettings
 from avs.nvs.timing_settings import RuntimeSettings
 from avs.report.published import PRINTED_NAMES, STAND_INS
@@ -85,6 +86,10 @@ class Config(StrictModel):
                 raise ValueError(f"scorers.{name}.network.backbone must be {BACKBONE_OF[name]}")
         return self
 
+    pictures: PictureSettings | None = Field(
+        default_factory=PictureSettings,
+        description="pictures that each episode keeps beside its record, for the figures; null for none",
+    )
     runtime: RuntimeSettings | None = Field(
         default_factory=RuntimeSettings, description="the table of selection times; null to leave it out"
     )

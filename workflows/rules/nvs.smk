@@ -4,6 +4,7 @@
 import shlex
 
 from avs.config.method_weights import files_read, followed, scoring_methods
+from avs.nvs.picture_settings import PICTURES
 
 
 module program:
@@ -120,6 +121,7 @@ rule episode:
         episode=EPISODE,
         meta=EPISODE.replace(".json", ".meta.json"),
         model=EPISODE.replace("episode.json", REPRESENTATION.exports),
+        pictures=EPISODE.replace("episode.json", PICTURES),
     log:
         EPISODE.replace(RESULTS, LOGS).replace("/episode.json", ".log"),
     resources:

@@ -100,6 +100,7 @@ use rule episode as sensitivity_episode with:
         episode=VARIED_EPISODE,
         meta=VARIED_EPISODE.replace(".json", ".meta.json"),
         model=VARIED_EPISODE.replace("episode.json", REPRESENTATION.exports),
+        pictures=VARIED_EPISODE.replace("episode.json", PICTURES),
     log:
         VARIED_EPISODE.replace(RESULTS, LOGS).replace("/episode.json", ".log"),
     message:
