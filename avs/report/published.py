@@ -48,10 +48,11 @@ _PROTOCOL = {
     "additions": [400, 900, 1500, 2200, 3000, 3900, 4900, 6000, 7200, 8500, 9900, 11400, 13000, 14700, 16500, 18400],
 }
 
-_PICTURES = {"test_every": 8, "long_side": 1600, "short_side": None}  # 1066 x 1600 pixels; LLFF's test images
+# 1066 x 1600 pixels; LLFF's test images; a reader that refuses the authors' smaller copies.
+_PICTURES = {"source": "mipnerf360", "test_every": 8, "long_side": 1600, "short_side": None}
 
 PICTURES = frozenset(_PICTURES)
-"""The settings of captures on which it depends whether the paper's values can be subtracted."""
+"""The settings of a data set on which it depends whether the paper's values can be subtracted."""
 
 _COLUMNS = ["table", "dataset", "scene", "method", "metric", "value"]
 
@@ -126,7 +127,7 @@ def why_no_difference(
         scenes: names of its scenes.
         protocol: its settings of the loop.
         budgets: numbers of views at the end.
-        pictures: its settings of the size of images and of the split; one that is not there is not known.
+        pictures: its reader, and its settings of images and of the split; one that is not there is not known.
     """
     if STAND_INS.get(dataset) == source:
         return f"{dataset} is a twin, with nothing in common but the kind of camera path"
@@ -168,5 +169,5 @@ def published_note(source: str, why_not: str | None) -> str:
     """
     told = f"published: the paper's means on {PRINTED_NAMES.get(source, source)}, one run without a spread"
     if why_not is None:
-        return f"{told}; the difference is of the unrounded mean and supposes photographs of 1600 pixels or more"
+        return f"{told}; the difference is of the unrounded mean"
     return f"{told}, for orientation alone: {why_not}, so that no difference is printed"

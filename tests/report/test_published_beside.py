@@ -12,7 +12,7 @@ def table(tmp_path, written):
 
 
 PROTOCOL = {"budget": 20, "iterations": 30_000, "additions": list(ProtocolSettings().additions)}
-PICTURES = {"test_every": 8, "long_side": 1600, "short_side": None}
+PICTURES = {"source": "mipnerf360", "test_every": 8, "long_side": 1600, "short_side": None}
 NINE = ["bicycle", "bonsai", "counter", "flowers", "garden", "kitchen", "room", "stump", "treehill"]
 
 
@@ -55,9 +55,10 @@ def test_published_values_of_what_is_not_the_same_have_no_difference(episode, ta
 @pytest.mark.parametrize(
     ("pictures", "why"),
     [
+        (PICTURES | {"source": "captures"}, "source captures in place of mipnerf360"),
         (PICTURES | {"test_every": 4, "long_side": 480}, "test_every 4 in place of 8, long_side 480 in place of 1600"),
         (PICTURES | {"long_side": None, "short_side": 300}, "long_side null in place of 1600, short_side 300 in place"),
-        ({}, "test_every is not known, long_side is not known"),
+        ({}, "source is not known, test_every is not known, long_side is not known"),
     ],
 )
 def test_other_pictures_have_no_difference_to_the_papers(episode, table, pictures, why):
