@@ -35,6 +35,7 @@ include: "workflows/rules/nvs.smk"
 include: "workflows/rules/runtime.smk"
 include: "workflows/rules/sensitivity.smk"
 include: "workflows/rules/sfm.smk"
+include: "workflows/rules/paper_tables.smk"
 include: "workflows/rules/report.smk"
 include: "workflows/rules/figures.smk"
 

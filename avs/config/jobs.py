@@ -13,6 +13,17 @@ from pydantic import Field
 
 from avs.config.configuration import protocol_of, scorer_of, variant_of
 from avs.config.method_weights import absent_methods, choosing_elsewhere, scoring_methods
+from avs.config.paper_tables import FOLDER, published_means, published_scenes, side_by_side, with_memory
+from avs.config.report_jobs import (
+    CoverageTableJob,
+    FigureJob,
+    RowsJob,
+    SceneTableJob,
+    SensitivityJob,
+    SideBySideJob,
+    SummaryJob,
+    TableJob,
+)
 from avs.config.run_config import Config, DataSet
 from avs.config.scenes import scenes_in, timed_scene
 from avs.config.studied import studied_methods
@@ -23,7 +34,7 @@ from avs.iqa.no_reference.niqe_settings import FitSettings
 from avs.nvs.common_states_settings import CommonStatesJob, CommonStatesSettings, ScoredMethodSettings
 from avs.nvs.episode_settings import EpisodeSettings
 from avs.nvs.timing_settings import RuntimeSettings, StateSettings, TimingSettings
-from avs.report.published import COVERAGE_NAME, PICTURES, published_name
+from avs.report.published import COVERAGE_NAME, PICTURES, RUNTIME_NAMES
 from avs.representations.needed_points import NeededPoints
 from avs.scene.images import BLACK
 from avs.selection import registry
@@ -45,45 +56,6 @@ class TrainingJob(StrictModel):
 
     device: Literal["cpu", "cuda"] = Field(description="where networks run")
     scorer: ScorerSettings = Field(description="the scorer")
-
-
-class FigureJob(StrictModel):
-    """What a figure reads."""
-
-    methods: tuple[str, ...] = Field(description="identifiers of the methods, in order")
-    scenes: dict[str, tuple[str, ...]] = Field(
-        description="names of the scenes whose records it holds, by data set; with other ones it is made anew"
-    )
-    seeds: tuple[int, ...] = Field(description="seeds of those records")
-
-
-class RowsJob(FigureJob):
-    """What a table reads."""
-
-    absent: dict[str, Reason] = Field(description="why a method has no number, by identifier")
-
-
-class SensitivityJob(RowsJob):
-    """What the sensitivity table reads."""
-
-    variants: tuple[str, ...] = Field(description="names of the variants of the settings, in the order of columns")
-
-
-class TableJob(RowsJob):
-    """What the table of a data set reads."""
-
-    published: str | None = Field(description="file of the published values to print beside its own")
-    reference: str | None = Field(description="identifier of the method that the others are compared with")
-    left_out: dict[str, Reason] = Field(description="why something that looks like a scene is none, by its name")
-    pictures: dict[str, Any] = Field(description="settings of the size of images and of the split, empty if not known")
-
-
-class CoverageTableJob(RowsJob):
-    """What the coverage table of a data set reads."""
-
-    published: str | None = Field(description="file of the published values to print beside its own")
-    reference: str | None = Field(description="identifier of the method that the others are compared with")
-    lacking: Reason | None = Field(description="why there is no coverage at all, or null")
 
 
 def _records(config: Config, *datasets: str) -> dict[str, Any]:
@@ -182,18 +154,31 @@ def _runtime_table(config: Config, _: str) -> RowsJob:
 
 
 def _nvs_table(config: Config, dataset: str) -> TableJob:
-    name = published_name(config.datasets[dataset].published or dataset)
-    published = None if name is None else f"results/published/{name}"
     left_out = dict(config.datasets[dataset].left_out())
     reader = config.datasets[dataset]
     pictures = reader.model_dump(include=set(PICTURES)) if isinstance(reader, FolderReader) else {}
     return TableJob(
         **_rows(config, dataset),
-        published=published,
+        published=published_means(config, dataset),
         reference=config.report.reference,
         left_out=left_out,
         pictures=pictures,
     )
+
+
+def _side_by_side_table(config: Config, _: str) -> SideBySideJob:
+    return SideBySideJob(data_sets={name: _nvs_table(config, name) for name in side_by_side(config)})
+
+
+def _scene_table(config: Config, dataset: str) -> SceneTableJob:
+    return SceneTableJob(**_rows(config, dataset), published=published_scenes(config, dataset))
+
+
+def _runtime_summary(config: Config, summary: str) -> SummaryJob:
+    told = dict(_runtime_table(config, ""))
+    if summary == "memory":
+        told["methods"] = with_memory(config, timed_scene(config)[0])
+    return SummaryJob(**told, published=f"{FOLDER}/{RUNTIME_NAMES[summary]}")
 
 
 def _ranking_table(config: Config, dataset: str) -> RowsJob:
@@ -229,7 +214,7 @@ def _coverage(config: Config, _: str) -> CoverageJob:
 def _coverage_table(config: Config, dataset: str) -> CoverageTableJob:
     return CoverageTableJob(
         **_rows(config, dataset),
-        published=f"results/published/{COVERAGE_NAME}",
+        published=f"{FOLDER}/{COVERAGE_NAME}",
         reference=config.report.reference,
         lacking=coverage_lacking(config),
     )
@@ -250,7 +235,10 @@ JOBS: dict[str, Callable[[Config, str], StrictModel]] = {
     "runtime_state": _runtime_state,
     "runtime": _runtime,
     "runtime_table": _runtime_table,
+    "runtime_summary": _runtime_summary,
     "nvs_table": _nvs_table,
+    "scene_table": _scene_table,
+    "side_by_side_table": _side_by_side_table,
     "ranking_table": _ranking_table,
     "sensitivity_episode": _sensitivity_episode,
     "sensitivity_table": _sensitivity_table,
@@ -262,7 +250,7 @@ JOBS: dict[str, Callable[[Config, str], StrictModel]] = {
     "coverage_over_views": _figure,
 }
 """What makes the settings of a rule's jobs: from the configuration and the name of a method, scene, data set or scorer,
-or those of a variant and a method. Where all jobs of a rule read the same, that name is empty."""
+those of a variant and a method, or which of two tables. Where all jobs of a rule read the same, that name is empty."""
 
 
 def settings_of(config: Config, job: str) -> StrictModel:

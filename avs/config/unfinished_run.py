@@ -7,14 +7,17 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from avs.config.jobs import CoverageTableJob, RowsJob, TableJob, settings_of
+from avs.config.jobs import settings_of
 from avs.config.method_weights import Made, absent_methods, followed, is_program, weights_of
+from avs.config.paper_tables import published_scenes, side_by_side, with_memory
+from avs.config.report_jobs import CoverageTableJob, RowsJob, SummaryJob, TableJob
 from avs.config.run_plan import RunPlan
 from avs.config.studied import studied_methods
 from avs.nvs.common_states_settings import CommonStatesJob
 from avs.nvs.episode_settings import EpisodeSettings
 from avs.report.incomplete_coverage import WantedCoverage, WantedCoverageTable
 from avs.report.report_settings import BASE
+from avs.report.tables.runtime_summary import Summary
 from avs.report.wanted_records import (
     UnfinishedRun,
     WantedEpisode,
@@ -38,6 +41,7 @@ def unfinished(plan: RunPlan) -> UnfinishedRun:
         tables=tuple(_table(plan, dataset) for dataset in config.evaluated),
         times=None if plan.timed is None else _times(plan, *plan.timed),
         sensitivity=tuple(_wanted_sensitivity(plan)),
+        side_by_side=side_by_side(config),
         coverage=tuple(_coverage(plan, dataset) for dataset in config.with_table("coverage")),
     )
 
@@ -135,6 +139,7 @@ def _table(plan: RunPlan, dataset: str) -> WantedTable:
         published=None if settings.published is None else Path(settings.published),
         left_out=settings.left_out,
         pictures=settings.pictures,
+        published_scenes=tuple(map(Path, published_scenes(plan.config, dataset))),
         states=tuple(_states(plan, dataset)) if dataset in plan.config.with_table("ranking") else (),
         unscored=_unscored(plan, dataset),
     )
@@ -214,7 +219,18 @@ def _times(plan: RunPlan, dataset: str, scene: str) -> WantedTimes:
         ),
         absent=settings.absent,
         published=tuple(map(Path, plan.published_times)),
+        summaries=_summaries(plan, dataset),
     )
+
+
+def _summaries(plan: RunPlan, dataset: str) -> dict[Summary, tuple[tuple[str, ...], Path]]:
+    names: tuple[Summary, ...] = ("memory", "detail") if with_memory(plan.config, dataset) else ("detail",)
+    found: dict[Summary, tuple[tuple[str, ...], Path]] = {}
+    for name in names:
+        settings = settings_of(plan.config, f"runtime_summary/{name}")
+        assert isinstance(settings, SummaryJob)
+        found[name] = (settings.methods, Path(settings.published))
+    return found
 
 
 def _logs(plan: RunPlan, own: list[str], place: dict[str, str]) -> tuple[Path, ...]:

@@ -19,6 +19,9 @@ from avs.report.formats.markdown import document_markdown
 from avs.report.formats.writing import write_document
 from avs.report.incomplete_coverage import incomplete_coverage
 from avs.report.report_settings import BASE
+from avs.report.tables.data_sets_side_by_side import ShownDataSet, side_by_side
+from avs.report.tables.runtime_summary import runtime_summary
+from avs.report.tables.scene_by_scene import scene_by_scene
 from avs.report.tables.score_ranking import score_ranking
 from avs.report.tables.selection_times import selection_times
 from avs.report.tables.selection_times_numbers import read_runtimes
@@ -71,6 +74,9 @@ def incomplete_documents(run: UnfinishedRun) -> tuple[dict[str, Document], list[
             episodes = existing_episodes(table)
             beside = (table.published, run.absent, run.reference, table.left_out, table.pictures)
             documents[f"{_NVS}{table.dataset}"] = view_synthesis(episodes, table.methods, *beside)
+            documents[f"scenes_{table.dataset}"] = scene_by_scene(
+                episodes, table.methods, table.published_scenes, run.absent
+            )
             collected[table.dataset] = episodes
         if table.states:
             with _left_out_into(lines):
@@ -78,7 +84,10 @@ def incomplete_documents(run: UnfinishedRun) -> tuple[dict[str, Document], list[
     if run.times is not None:
         with _left_out_into(lines):
             episodes = collected.get(run.times.dataset, Episodes(run.times.dataset, {}))
-            documents["runtime"] = _selection_times(run.times, episodes)
+            documents |= _selection_times(run.times, episodes)
+    with _left_out_into(lines):
+        if run.side_by_side and all(name in collected for name in run.side_by_side):
+            documents["re10k_mfr"] = side_by_side(_shown(run, collected), "re10k_mfr")
     for each in run.sensitivity:
         with _left_out_into(lines):
             documents[f"sensitivity_{each.dataset}"] = _sensitivity(each, run.absent)
@@ -88,6 +97,15 @@ def incomplete_documents(run: UnfinishedRun) -> tuple[dict[str, Document], list[
                 name = f"{_COVERAGE}{wanted.dataset}"
                 documents[name] = incomplete_coverage(wanted, collected[wanted.dataset], run.absent, run.reference)
     return documents, lines
+
+
+def _shown(run: UnfinishedRun, collected: Mapping[str, Episodes]) -> list[ShownDataSet]:
+    """Return the data sets that one table has side by side."""
+    tables = {table.dataset: table for table in run.tables}
+    return [
+        ShownDataSet(collected[name], tables[name].methods, run.absent, tables[name].published, tables[name].pictures)
+        for name in run.side_by_side
+    ]
 
 
 def existing_episodes(table: WantedTable) -> Episodes:
@@ -141,7 +159,7 @@ def _why_not(wanted: WantedEpisode | WantedStates, kind: type[_Record]) -> str |
     return f"it was run with another {differing[0]}" if differing else None
 
 
-def _selection_times(wanted: WantedTimes, episodes: Episodes) -> Document:
+def _selection_times(wanted: WantedTimes, episodes: Episodes) -> dict[str, Document]:
     found = {each.method: _read(each, Runtime) for each in wanted.records}
     untimed = {method: Reason(cause="not timed", remedy=why) for method, why in found.items() if isinstance(why, str)}
     paths = [each.path for each in wanted.records if each.method not in untimed]
@@ -154,7 +172,12 @@ def _selection_times(wanted: WantedTimes, episodes: Episodes) -> Document:
         {method: _of_scene(cells, wanted.scene) for method, cells in episodes.missing.items()},
     )
     absent = {**wanted.absent, **untimed}
-    return selection_times(read_runtimes(paths), alone, wanted.methods, absent, wanted.published, untimed=len(untimed))
+    timed = read_runtimes(paths)
+    gaps = len(untimed)
+    documents = {"runtime": selection_times(timed, alone, wanted.methods, absent, wanted.published, untimed=gaps)}
+    for summary, (methods, published) in wanted.summaries.items():
+        documents[f"runtime_{summary}"] = runtime_summary(summary, timed, alone, methods, absent, published, gaps)
+    return documents
 
 
 def _of_scene(cells: Mapping[Cell, _Value], scene: str) -> dict[Cell, _Value]:

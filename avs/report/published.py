@@ -37,6 +37,9 @@ SCENES = {
 COVERAGE_NAME = "coverage_realestate10k.csv"
 """The file of the paper's coverage, which it prints of one data set alone."""
 
+MEAN = "mean"
+"""What its files call the mean over the scenes of a data set."""
+
 _BUDGET = 20
 
 # What the paper says of its loop, and the iterations that FisherRF adds views at, which it follows.
@@ -54,6 +57,15 @@ _PICTURES = {"source": "mipnerf360", "test_every": 8, "long_side": 1600, "short_
 PICTURES = frozenset(_PICTURES)
 """The settings of a data set on which it depends whether the paper's values can be subtracted."""
 
+RUNTIME_NAMES = {"memory": "runtime_garden.csv", "detail": "runtime_garden_detail.csv"}
+"""The files of the paper's two tables of selection times."""
+
+MEMORY_METHODS = ("fisherrf", "ours-dinov2", "ours-repvit")
+"""The methods whose memory the paper has."""
+
+PER_SCENE_NAMES = {"mipnerf360": "nvs_mipnerf360_per_scene.csv"}
+"""The files of values of single scenes, by data set of the paper."""
+
 _COLUMNS = ["table", "dataset", "scene", "method", "metric", "value"]
 
 
@@ -70,6 +82,11 @@ def called(dataset: str) -> str:
     return f"{dataset}, an embedded twin of {PRINTED_NAMES[STAND_INS[dataset]]}"
 
 
+def headed(dataset: str) -> str:
+    """Return the same in the few words of a heading."""
+    return f"{dataset} (twin of {PRINTED_NAMES[STAND_INS[dataset]]})" if dataset in STAND_INS else dataset
+
+
 @dataclass(frozen=True)
 class Published:
     """The paper's values of one scene, or their means over scenes.
@@ -83,7 +100,7 @@ class Published:
     values: dict[tuple[str, str], str]
 
 
-def read_published(path: Path, scene: str = "mean") -> Published:
+def read_published(path: Path, scene: str = MEAN) -> Published:
     """Read the paper's values of a scene.
 
     Args:

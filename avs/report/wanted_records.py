@@ -9,6 +9,7 @@ from typing import Any
 
 from avs.report.collect import Cell
 from avs.report.incomplete_coverage import WantedCoverageTable
+from avs.report.tables.runtime_summary import Summary
 from avs.system.reasons import Reason
 
 
@@ -70,6 +71,7 @@ class WantedTable:
         unscored: why a method has no scores in it, by identifier.
         left_out: why something that looks like a scene is none, by its name.
         pictures: settings of the size of images and of the split, as far as they are known.
+        published_scenes: files of the paper's values of its single scenes and their means.
     """
 
     dataset: str
@@ -80,6 +82,7 @@ class WantedTable:
     unscored: Mapping[str, Reason] = field(default_factory=dict)
     left_out: Mapping[str, Reason] = field(default_factory=dict)
     pictures: Mapping[str, Any] = field(default_factory=dict)
+    published_scenes: tuple[Path, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -108,6 +111,7 @@ class WantedTimes:
         records: one for each method that is timed.
         absent: why another is not, by identifier.
         published: files of the paper's times.
+        summaries: the rows of each table in the paper's layout, and the file of the paper's values, by the table.
     """
 
     dataset: str
@@ -116,6 +120,7 @@ class WantedTimes:
     records: tuple[WantedRecord, ...]
     absent: Mapping[str, Reason]
     published: tuple[Path, ...]
+    summaries: Mapping[Summary, tuple[tuple[str, ...], Path]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -129,6 +134,7 @@ class UnfinishedRun:
         times: the selection times, or None if the run leaves them out.
         sensitivity: the sensitivity table of each data set; none if the run leaves them out.
         coverage: the coverage table of each data set; none if the run leaves them out.
+        side_by_side: the data sets that one table has side by side; none if there is no such table.
     """
 
     reference: str | None
@@ -137,3 +143,4 @@ class UnfinishedRun:
     times: WantedTimes | None
     sensitivity: tuple[WantedSensitivity, ...] = ()
     coverage: tuple[WantedCoverageTable, ...] = ()
+    side_by_side: tuple[str, ...] = ()

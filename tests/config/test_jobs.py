@@ -21,6 +21,8 @@ NAMES = {
     "nvs_table": "orbit",
     "coverage_table": "orbit",
     "ranking_table": "orbit",
+    "runtime_summary": "memory",
+    "scene_table": "orbit",
     "common_states": "orbit",
     "sensitivity_table": "orbit",
     "sensitivity_episode": "every_point/fisherrf",

@@ -5,7 +5,9 @@ import yaml
 
 from avs.config.configuration import load
 from avs.config.jobs import settings_of
+from avs.config.paper_tables import published_scenes, side_by_side
 from avs.config.scenes import scene_named, scenes_of, timed_scene
+from avs.report.published import MEMORY_METHODS, read_published
 from avs.system.errors import UserError
 from tests.workflow.project import ROOT
 
@@ -90,3 +92,29 @@ def test_the_name_of_a_twin_is_kept_for_it(dataset):
     """Else the paper's values would stand beside other scenes as those of its twin."""
     with pytest.raises(UserError, match=r"datasets\.orbit: this name is kept for the embedded twin of Mip-NeRF360"):
         load(values() | {"datasets": {"orbit": dataset}})
+
+
+def test_the_data_sets_of_one_table_are_the_papers_own_or_their_twins():
+    told = {"handheld": HALL | {"pattern": "handheld"}, "walkthrough": HALL}
+    config = load(values() | {"datasets": told})
+    assert side_by_side(config) == ("walkthrough", "handheld")
+    told |= {"mine": HALL | {"published": "realestate10k"}, "realestate10k": HALL}
+    assert side_by_side(load(values() | {"datasets": told})) == ("realestate10k", "handheld")
+    assert side_by_side(load(values())) == ()
+    assert list(settings_of(config, "side_by_side_table").data_sets) == ["walkthrough", "handheld"]
+
+
+def test_values_of_single_scenes_stand_beside_those_of_mip_nerf360_alone():
+    config = load(values(published="mapfree"))
+    means = "results/published/nvs_mipnerf360.csv"
+    assert published_scenes(config, "orbit") == ("results/published/nvs_mipnerf360_per_scene.csv", means)
+    assert published_scenes(config, "hall") == ("results/published/nvs_mapfree.csv",)
+    assert published_scenes(load(values()), "hall") == ()
+
+
+def test_the_table_of_memory_has_the_methods_of_the_paper():
+    config = load(values() | {"methods": ["random", "fisherrf"]})
+    assert settings_of(config, "runtime_summary/memory").methods == ("fisherrf",)
+    assert settings_of(config, "runtime_summary/detail").methods == ("random", "fisherrf")
+    paper = read_published(ROOT / "results" / "published" / "runtime_garden.csv", "garden")
+    assert {method for method, _ in paper.values} == set(MEMORY_METHODS)

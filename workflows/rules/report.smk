@@ -74,19 +74,17 @@ def ranking_tables(wildcards):
     )
 
 
-def runtime_tables(wildcards):
-    """Return the table of selection times, unless the configuration leaves it out."""
-    return (
-        [] if settings.runtime is None or not TIMED else f"{RESULTS}/tables/runtime.csv"
-    )
-
-
-def episode_options(wildcards, input):
-    return repeated("--episode", input.episodes)
-
-
 def published_options(wildcards, input):
     return repeated("--published", input.published)
+
+
+def runtime_tables(wildcards):
+    """Return the tables of selection times, unless the configuration leaves them out."""
+    if settings.runtime is None or not TIMED:
+        return []
+    memory = set(with_memory(settings, TIMED_SCENE[0])) & set(TIMED)
+    names = ["runtime", "runtime_detail", *(["runtime_memory"] if memory else [])]
+    return expand(f"{RESULTS}/tables/{{name}}.csv", name=names)
 
 
 rule nvs_table:
@@ -171,6 +169,7 @@ rule runtime_table:
 rule tables:
     input:
         expand(f"{RESULTS}/tables/nvs_{{dataset}}.csv", dataset=SCENES),
+        paper_tables,
         ranking_tables,
         runtime_tables,
         tables_of_sensitivity,

@@ -42,6 +42,10 @@ def timed_episodes(wildcards):
     return episodes(dataset, [scene])
 
 
+def episode_options(wildcards, input):
+    return repeated("--episode", input.episodes)
+
+
 rule runtime_state:
     input:
         scene=SCENE,
