@@ -129,13 +129,3 @@ def report(results: Annotated[Path, typer.Argument(help="folder of a run's resul
         out = results / "tables_incomplete"
         tables, left_out = write_incomplete_tables(unfinished(plan), out)
         print("\n".join([*tables, *left_out, *([f"All tables: {out}"] if tables else [])]))
-
-
-@commands.command("psnr_over_views")
-def psnr_over_views(episodes: Episodes, settings: SettingsFile, out: Stem, log: Log = None) -> None:
-    """Draw the test PSNR over the number of captured views."""
-    with job(log):
-        from avs.config.report_jobs import FigureJob
-        from avs.report.figures.psnr_over_views import write_psnr_over_views
-
-        write_psnr_over_views(episodes, read_settings(settings, FigureJob).methods, out)

@@ -17,6 +17,7 @@ from avs.config.sensitivity_settings import laid_over
 from avs.datasets.captures import Captures
 from avs.iqa.cross_reference.scorer_settings import ScorerSettings
 from avs.nvs.protocol import ProtocolSettings, check_own_settings, protocol_of_method
+from avs.report.figure_settings import ROLES
 from avs.representations.kinds import AnyRepresentationSettings
 from avs.selection import registry
 from avs.system.errors import UserError
@@ -56,7 +57,7 @@ def load(values: dict[str, Any], programs: Collection[str] = ()) -> Config:
             fault = f"needs the scorer {scorer}, which the configuration does not train"
             raise UserError(f"method {identifier}", fault, f"add scorers.{scorer}, or leave the method out")
         registry.create_settings(identifier, config.selectors.get(identifier, {}))
-    _check_methods_of_data_sets(config, programs)
+    _check_lists_of_methods(config, programs)
     _check_sensitivity(config, programs)
     return _with_captures(config)
 
@@ -133,15 +134,20 @@ class _Varied(StrictModel):
     representation: AnyRepresentationSettings
 
 
-def _check_methods_of_data_sets(config: Config, programs: Collection[str]) -> None:
-    """Raise a UserError if a data set names what is no method; one that the run leaves out is left out there, too."""
+def _check_lists_of_methods(config: Config, programs: Collection[str]) -> None:
+    """Raise a UserError if a data set or a figure names what is no method; one that the run leaves out is left out."""
     known = {*registry.methods(), *programs}
     for name, dataset in config.datasets.items():
-        for method in dataset.methods or ():
-            if method not in known:
-                near = difflib.get_close_matches(method, known, n=1)
-                remedy = f"did you mean {near[0]}?" if near else "remove it"
-                raise UserError(f"configuration: datasets.{name}.methods", f"{method} is no method", remedy)
+        _check_known(dataset.methods or (), known, f"datasets.{name}.methods")
+    _check_known(config.report.figures.methods, {*known, *ROLES}, "report.figures.methods")
+
+
+def _check_known(methods: Collection[str], known: Collection[str], key: str) -> None:
+    for method in methods:
+        if method not in known:
+            near = difflib.get_close_matches(method, known, n=1)
+            remedy = f"did you mean {near[0]}?" if near else "remove it"
+            raise UserError(f"configuration: {key}", f"{method} is no method", remedy)
 
 
 def _check_sensitivity(config: Config, programs: Collection[str]) -> None:

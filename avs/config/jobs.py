@@ -16,6 +16,7 @@ from avs.config.method_weights import absent_methods, choosing_elsewhere, scorin
 from avs.config.paper_tables import FOLDER, published_means, published_scenes, side_by_side, with_memory
 from avs.config.report_jobs import (
     CoverageTableJob,
+    DrawnJob,
     FigureJob,
     RowsJob,
     SceneTableJob,
@@ -199,6 +200,12 @@ def _figure(config: Config, _: str) -> FigureJob:
     return FigureJob(**_records(config))
 
 
+def _drawn(config: Config, dataset: str) -> DrawnJob:
+    """Return what a figure of one data set reads, or one of all."""
+    records = _records(config, *([dataset] if dataset else []))
+    return DrawnJob(**records, figures=config.report.figures, reference=config.report.reference)
+
+
 def _coverage_reference(config: Config, _: str) -> ReferenceJob:
     told = config.coverage or CoverageSettings()
     values = {name: getattr(told, name) for name in ReferenceJob.model_fields if name != "device"}
@@ -248,6 +255,7 @@ JOBS: dict[str, Callable[[Config, str], StrictModel]] = {
     "coverage_table": _coverage_table,
     "coverage_maps": _figure,
     "coverage_over_views": _figure,
+    "qualitative": _drawn,
 }
 """What makes the settings of a rule's jobs: from the configuration and the name of a method, scene, data set or scorer,
 those of a variant and a method, or which of two tables. Where all jobs of a rule read the same, that name is empty."""

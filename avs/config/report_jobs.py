@@ -6,6 +6,7 @@ from typing import Any
 
 from pydantic import Field
 
+from avs.report.figure_settings import FigureSettings
 from avs.system.models import StrictModel
 from avs.system.reasons import Reason
 
@@ -18,6 +19,13 @@ class FigureJob(StrictModel):
         description="names of the scenes whose records it holds, by data set; with other ones it is made anew"
     )
     seeds: tuple[int, ...] = Field(description="seeds of those records")
+
+
+class DrawnJob(FigureJob):
+    """What a figure reads whose contents the configuration sets."""
+
+    figures: FigureSettings = Field(description="what the figures show")
+    reference: str | None = Field(description="identifier of the method that the tables compare with")
 
 
 class RowsJob(FigureJob):

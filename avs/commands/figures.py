@@ -1,0 +1,37 @@
+"""Commands that draw figures from records and what lies beside them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from avs.commands.arguments import Episodes, Log, SettingsFile, Stem
+from avs.system.job_process import job
+from avs.system.records import read_settings
+
+commands = typer.Typer()
+
+Scenes = Annotated[list[Path] | None, typer.Option(help="folder of a scene that is shown; once for each")]
+
+
+@commands.command("psnr_over_views")
+def psnr_over_views(episodes: Episodes, settings: SettingsFile, out: Stem, log: Log = None) -> None:
+    """Draw the test PSNR over the number of captured views."""
+    with job(log):
+        from avs.config.report_jobs import FigureJob
+        from avs.report.figures.psnr_over_views import write_psnr_over_views
+
+        write_psnr_over_views(episodes, read_settings(settings, FigureJob).methods, out)
+
+
+@commands.command()
+def qualitative(episodes: Episodes, settings: SettingsFile, out: Stem, scene: Scenes = None, log: Log = None) -> None:
+    """Draw renderings of several methods beside the photographs."""
+    with job(log):
+        from avs.config.report_jobs import DrawnJob
+        from avs.report.figures.qualitative import write_qualitative
+
+        told = read_settings(settings, DrawnJob)
+        write_qualitative(episodes, scene or [], told.methods, told.figures, told.reference, out)
