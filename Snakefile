@@ -36,6 +36,7 @@ include: "workflows/rules/runtime.smk"
 include: "workflows/rules/sensitivity.smk"
 include: "workflows/rules/sfm.smk"
 include: "workflows/rules/paper_tables.smk"
+include: "workflows/rules/significance.smk"
 include: "workflows/rules/report.smk"
 include: "workflows/rules/figures.smk"
 

@@ -42,6 +42,31 @@ def scene_table(episodes: Episodes, dataset: Dataset, settings: SettingsFile, ou
         write_scene_table(episodes, told.methods, dataset, list(map(Path, told.published)), out, told.absent)
 
 
+@commands.command("significance_table")
+def significance_table(
+    episodes: Episodes, dataset: Dataset, settings: SettingsFile, out: Stem, log: Log = None
+) -> None:
+    """Write which methods of a data set differ, as csv, md and tex."""
+    with job(log):
+        from avs.config.report_jobs import RowsJob
+        from avs.report.tables.method_significance import write_significance_table
+
+        told = read_settings(settings, RowsJob)
+        write_significance_table(episodes, told.methods, dataset, out, told.absent)
+
+
+@commands.command("critical_difference")
+def critical_difference(
+    episodes: Episodes, dataset: Dataset, settings: SettingsFile, out: Stem, log: Log = None
+) -> None:
+    """Draw the average ranks of the methods of a data set with their critical difference."""
+    with job(log):
+        from avs.config.report_jobs import FigureJob
+        from avs.report.figures.critical_difference import write_critical_difference
+
+        write_critical_difference(episodes, read_settings(settings, FigureJob).methods, dataset, out)
+
+
 @commands.command("side_by_side_table")
 def side_by_side_table(episodes: Episodes, settings: SettingsFile, out: Stem, log: Log = None) -> None:
     """Write the view selection table of several data sets as csv, md and tex."""

@@ -182,6 +182,14 @@ def _runtime_summary(config: Config, summary: str) -> SummaryJob:
     return SummaryJob(**told, published=f"{FOLDER}/{RUNTIME_NAMES[summary]}")
 
 
+def _significance_table(config: Config, dataset: str) -> RowsJob:
+    return RowsJob(**_rows(config, dataset))
+
+
+def _critical_difference(config: Config, dataset: str) -> FigureJob:
+    return FigureJob(**_records(config, dataset))
+
+
 def _ranking_table(config: Config, dataset: str) -> RowsJob:
     return RowsJob(**_rows(config, dataset, that_choose=True))
 
@@ -246,6 +254,8 @@ JOBS: dict[str, Callable[[Config, str], StrictModel]] = {
     "nvs_table": _nvs_table,
     "scene_table": _scene_table,
     "side_by_side_table": _side_by_side_table,
+    "significance_table": _significance_table,
+    "critical_difference": _critical_difference,
     "ranking_table": _ranking_table,
     "sensitivity_episode": _sensitivity_episode,
     "sensitivity_table": _sensitivity_table,

@@ -20,6 +20,7 @@ from avs.report.formats.writing import write_document
 from avs.report.incomplete_coverage import incomplete_coverage
 from avs.report.report_settings import BASE
 from avs.report.tables.data_sets_side_by_side import ShownDataSet, side_by_side
+from avs.report.tables.method_significance import method_significance
 from avs.report.tables.runtime_summary import runtime_summary
 from avs.report.tables.scene_by_scene import scene_by_scene
 from avs.report.tables.score_ranking import score_ranking
@@ -77,6 +78,7 @@ def incomplete_documents(run: UnfinishedRun) -> tuple[dict[str, Document], list[
             documents[f"scenes_{table.dataset}"] = scene_by_scene(
                 episodes, table.methods, table.published_scenes, run.absent
             )
+            documents[f"significance_{table.dataset}"] = method_significance(episodes, table.methods, run.absent)
             collected[table.dataset] = episodes
         if table.states:
             with _left_out_into(lines):

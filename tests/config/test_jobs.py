@@ -21,6 +21,8 @@ NAMES = {
     "nvs_table": "orbit",
     "coverage_table": "orbit",
     "ranking_table": "orbit",
+    "significance_table": "orbit",
+    "critical_difference": "orbit",
     "runtime_summary": "memory",
     "scene_table": "orbit",
     "common_states": "orbit",

@@ -83,3 +83,4 @@ rule figures:
         f"{RESULTS}/figures/psnr_over_views.pdf",
         f"{RESULTS}/figures/qualitative.pdf",
         coverage_figures,
+        CRITICAL_DIFFERENCES,

@@ -170,6 +170,7 @@ rule tables:
     input:
         expand(f"{RESULTS}/tables/nvs_{{dataset}}.csv", dataset=SCENES),
         paper_tables,
+        SIGNIFICANCE,
         ranking_tables,
         runtime_tables,
         tables_of_sensitivity,
