@@ -7,12 +7,13 @@ from typing import Annotated
 
 import typer
 
-from avs.commands.arguments import Episodes, Log, SettingsFile, Stem
+from avs.commands.arguments import Episodes, Log, SceneFolder, SettingsFile, Stem
 from avs.system.job_process import job
 from avs.system.records import read_settings
 
 commands = typer.Typer()
 
+Dataset = Annotated[str, typer.Option(help="data set whose records these are")]
 Scenes = Annotated[list[Path] | None, typer.Option(help="folder of a scene that is shown; once for each")]
 
 
@@ -35,3 +36,15 @@ def qualitative(episodes: Episodes, settings: SettingsFile, out: Stem, scene: Sc
 
         told = read_settings(settings, DrawnJob)
         write_qualitative(episodes, scene or [], told.methods, told.figures, told.reference, out)
+
+
+@commands.command("selected_cameras")
+def selected_cameras(
+    scene: SceneFolder, episodes: Episodes, dataset: Dataset, settings: SettingsFile, out: Stem, log: Log = None
+) -> None:
+    """Draw which views each method selected on a scene, in which order."""
+    with job(log):
+        from avs.config.report_jobs import DrawnJob
+        from avs.report.figures.selected_cameras import write_selected_cameras
+
+        write_selected_cameras(episodes, scene, read_settings(settings, DrawnJob).methods, dataset, out)

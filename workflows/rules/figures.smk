@@ -25,17 +25,36 @@ def pictures_of(records):
 
 
 def row_scene_files(wildcards):
-    return [SCENE.format(dataset=dataset, scene=scene) for dataset, scene in row_scenes()]
+    return [
+        SCENE.format(dataset=dataset, scene=scene) for dataset, scene in row_scenes()
+    ]
 
 
 def row_pictures(wildcards):
-    return [path for pair in row_scenes() for path in pictures_of(first_episodes(*pair))]
+    return [
+        path for pair in row_scenes() for path in pictures_of(first_episodes(*pair))
+    ]
+
+
+def first_scene_file(wildcards):
+    """Return the scene of a data set that figures of one scene show: its first."""
+    return SCENE.replace("{scene}", SCENES[wildcards.dataset][0])
+
+
+def first_scene_episodes(wildcards):
+    return first_episodes(wildcards.dataset, SCENES[wildcards.dataset][0])
+
+
+def of_each_data_set(name):
+    """Return the figures of a name of all data sets."""
+    return expand(f"{RESULTS}/figures/{name}_{{dataset}}.pdf", dataset=SCENES)
 
 
 def scene_options(wildcards, input):
     """Return the folders of the scenes of a figure as options."""
     files = [input.scenes] if isinstance(input.scenes, str) else input.scenes
     return repeated("--scene", [Path(path).parent for path in files])
+
 
 rule psnr_over_views:
     input:
@@ -78,9 +97,33 @@ rule qualitative:
         " {input.episodes} {params.scenes} --settings {input.settings} --out {params.stem} --log {log}"
 
 
+rule selected_cameras:
+    input:
+        scene=first_scene_file,
+        episodes=first_scene_episodes,
+        settings=f"{RESULTS}/settings/selected_cameras/{{dataset}}.json",
+        code=sources("avs.report.figures.selected_cameras"),
+    output:
+        multiext(
+            f"{RESULTS}/figures/selected_cameras_{{dataset}}", ".pdf", ".png", ".md"
+        ),
+    log:
+        f"{LOGS}/figures/selected_cameras_{{dataset}}.log",
+    params:
+        made_of=made_of,
+        scene=subpath(input.scene, parent=True),
+        stem=subpath(output[0], strip_suffix=".pdf"),
+    message:
+        "figure: views that methods selected on {wildcards.dataset}"
+    shell:
+        "{AVS} --made-of {params.made_of} selected_cameras {params.scene} {input.episodes}"
+        " --dataset {wildcards.dataset} --settings {input.settings} --out {params.stem} --log {log}"
+
+
 rule figures:
     input:
         f"{RESULTS}/figures/psnr_over_views.pdf",
         f"{RESULTS}/figures/qualitative.pdf",
+        of_each_data_set("selected_cameras"),
         coverage_figures,
         CRITICAL_DIFFERENCES,

@@ -98,7 +98,7 @@ def write_row_name(figure: Figure, name: str, top: float, height: float) -> None
     """
     width, total = figure.get_size_inches()
     letters = max(8, int(height / _LETTER))
-    lines = "\n".join(_shortened(one_line(line), letters) for line in name.split("\n"))
+    lines = "\n".join(shortened(one_line(line), letters) for line in name.split("\n"))
     place = ((_MARGIN - 0.05) / 2 / width, 1 - (top + height / 2) / total)
     figure.text(*place, lines, ha="center", va="center", rotation=90, fontsize=6.5, linespacing=1.1)
 
@@ -146,7 +146,8 @@ def frame(axes: Axes, colour: str) -> None:
         spine.set(visible=True, color=colour, linewidth=1.0)
 
 
-def _shortened(text: str, letters: int) -> str:
+def shortened(text: str, letters: int) -> str:
+    """Return a text of at most so many letters; what is too long lacks its middle."""
     half = letters // 2 - 1
     return text if len(text) <= letters else f"{text[:half]}..{text[-half:]}"
 
