@@ -168,3 +168,6 @@ NEMENYI_TABLE = 2e-3
 PERMUTATIONS = 0.015
 # Shares of 4,000 draws near 80 % have a standard deviation of 0.6 %; three times that.
 POWER = 0.02
+
+# avs/report/formats/latex.py: points by which a line may stand out of its column, where a long word cannot be parted.
+LATEX_OVERFULL = 30.0
