@@ -48,3 +48,21 @@ def selected_cameras(
         from avs.report.figures.selected_cameras import write_selected_cameras
 
         write_selected_cameras(episodes, scene, read_settings(settings, DrawnJob).methods, dataset, out)
+
+
+@commands.command("score_maps")
+def score_maps(
+    episodes: Episodes,
+    dataset: Dataset,
+    scene: Annotated[str, typer.Option(help="name of the scene that is shown")],
+    settings: SettingsFile,
+    out: Stem,
+    log: Log = None,
+) -> None:
+    """Draw the maps by which methods chose views beside the true ones."""
+    with job(log):
+        from avs.config.report_jobs import DrawnJob
+        from avs.report.figures.score_maps import write_score_maps
+
+        told = read_settings(settings, DrawnJob)
+        write_score_maps(episodes, told.methods, told.figures.moments, dataset, scene, out)

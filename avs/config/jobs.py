@@ -267,6 +267,7 @@ JOBS: dict[str, Callable[[Config, str], StrictModel]] = {
     "coverage_over_views": _figure,
     "qualitative": _drawn,
     "selected_cameras": _drawn,
+    "score_maps": _drawn,
 }
 """What makes the settings of a rule's jobs: from the configuration and the name of a method, scene, data set or scorer,
 those of a variant and a method, or which of two tables. Where all jobs of a rule read the same, that name is empty."""

@@ -45,6 +45,14 @@ def first_scene_episodes(wildcards):
     return first_episodes(wildcards.dataset, SCENES[wildcards.dataset][0])
 
 
+def first_scene_pictures(wildcards):
+    return pictures_of(first_scene_episodes(wildcards))
+
+
+def first_scene(wildcards):
+    return SCENES[wildcards.dataset][0]
+
+
 def of_each_data_set(name):
     """Return the figures of a name of all data sets."""
     return expand(f"{RESULTS}/figures/{name}_{{dataset}}.pdf", dataset=SCENES)
@@ -120,10 +128,32 @@ rule selected_cameras:
         " --dataset {wildcards.dataset} --settings {input.settings} --out {params.stem} --log {log}"
 
 
+rule score_maps:
+    input:
+        episodes=first_scene_episodes,
+        pictures=first_scene_pictures,
+        settings=f"{RESULTS}/settings/score_maps/{{dataset}}.json",
+        code=sources("avs.report.figures.score_maps"),
+    output:
+        multiext(f"{RESULTS}/figures/score_maps_{{dataset}}", ".pdf", ".png", ".md"),
+    log:
+        f"{LOGS}/figures/score_maps_{{dataset}}.log",
+    params:
+        made_of=made_of,
+        scene=first_scene,
+        stem=subpath(output[0], strip_suffix=".pdf"),
+    message:
+        "figure: score maps on {wildcards.dataset}"
+    shell:
+        "{AVS} --made-of {params.made_of} score_maps {input.episodes} --dataset {wildcards.dataset}"
+        " --scene {params.scene} --settings {input.settings} --out {params.stem} --log {log}"
+
+
 rule figures:
     input:
         f"{RESULTS}/figures/psnr_over_views.pdf",
         f"{RESULTS}/figures/qualitative.pdf",
         of_each_data_set("selected_cameras"),
+        of_each_data_set("score_maps"),
         coverage_figures,
         CRITICAL_DIFFERENCES,
