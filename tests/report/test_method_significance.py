@@ -9,6 +9,7 @@ from scipy import stats
 from avs.report.figures.critical_difference import unseparated, write_critical_difference
 from avs.report.published import read_published
 from avs.report.tables.method_significance import write_significance_table
+from avs.report.tables.significance_numbers import pairs_of
 from avs.report.tables.significance_words import PAPER_DIFFERENCE
 from avs.system.reasons import Reason
 from tests.workflow.project import ROOT
@@ -109,6 +110,26 @@ def test_the_paper_s_difference_has_the_scenes_that_it_would_take(episode, table
     assert round(ours - fisher, 2) == PAPER_DIFFERENCE
     assert "to tell 0.63 dB from zero" in markdown
     assert "with 2 seeds each" in markdown
+
+
+def test_what_the_published_values_tell_by_themselves():
+    """The numbers of docs/tables.md."""
+    with open(ROOT / "results" / "published" / "nvs_mipnerf360_per_scene.csv", newline="") as stream:
+        rows = [row for row in csv.DictReader(stream) if row["metric"] == "psnr" and row["scene"] != "mean"]
+    grid = {row["method"]: {} for row in rows}
+    for row in rows:
+        grid[row["method"]][row["scene"], 0] = float(row["value"])
+    pairs = {(pair.first, pair.second): pair for pair in pairs_of(grid)}
+    assert len(pairs) == 45
+    found = {pair for pair, each in pairs.items() if each.tests["scenes"].differs}
+    assert found == {
+        *(("fisherrf", other) for other in ("niqe", "piqe")),
+        *(("ours-repvit", other) for other in ("topiq", "tres", "nima", "niqe", "piqe")),
+    }
+    test, needed = pairs["fisherrf", "ours-repvit"].tests["scenes"], pairs["fisherrf", "ours-repvit"].needed
+    told = (-test.interval.difference, -test.interval.high, -test.interval.low, test.p_value, test.corrected)
+    assert told == pytest.approx((0.627, 0.183, 1.071, 0.0116, 0.302), abs=5e-4)
+    assert (needed.scenes, needed.low, needed.high) == (9, 6, 27)
 
 
 def test_equal_records_give_equal_bytes(episode, table, tmp_path):
