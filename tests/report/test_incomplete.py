@@ -178,6 +178,18 @@ def test_a_complete_run_has_the_complete_table(results, written, tmp_path):
     assert left_out == []
 
 
+def test_the_tables_of_scenes_and_of_significance_tell_of_the_gap_too(results, tmp_path):
+    results.put_all(without=[("fisherrf", "cellar")])
+    results.write()
+    for name in ("scenes_orbit", "significance_orbit"):
+        text = (tmp_path / "tables_incomplete" / f"{name}.md").read_text()
+        assert text.startswith("Incomplete: 2 of 12 episodes are missing.")
+        assert "FisherRF: no episode of cellar: its job has not run" in text
+    pairs = (tmp_path / "tables_incomplete" / "significance_orbit_pairs.csv").read_text()
+    assert "random,ours-repvit" in pairs
+    assert "fisherrf" not in pairs
+
+
 def test_what_cannot_be_tabulated_is_a_line(results, tmp_path):
     results.log("attic", "error: attic/a.png: damaged; copy it again\n")
     (tmp_path / "tables_incomplete").mkdir()
