@@ -15,7 +15,7 @@ from tests.workflow.project import checkout, environment, run, tiny
 
 RESULTS = "results/tiny"
 EPISODE = f"{RESULTS}/episodes/orbit/orbit_0/random/0/episode.json"
-SHOWN = {"nvs_table", "psnr_over_views"}
+SHOWN = {"nvs_table", "scene_table", "significance_table", "psnr_over_views"}
 
 
 def copy_of(finished, folder, **options):
