@@ -21,10 +21,11 @@ Scenes = Annotated[list[Path] | None, typer.Option(help="folder of a scene that 
 def psnr_over_views(episodes: Episodes, settings: SettingsFile, out: Stem, log: Log = None) -> None:
     """Draw the test PSNR over the number of captured views."""
     with job(log):
-        from avs.config.report_jobs import FigureJob
+        from avs.config.report_jobs import DrawnJob
         from avs.report.figures.psnr_over_views import write_psnr_over_views
 
-        write_psnr_over_views(episodes, read_settings(settings, FigureJob).methods, out)
+        told = read_settings(settings, DrawnJob)
+        write_psnr_over_views(episodes, told.methods, out, told.reference)
 
 
 @commands.command()

@@ -95,7 +95,8 @@ def coverage_over_views(
 ) -> None:
     """Draw the surface coverage ratio over the number of captured views."""
     with job(log):
-        from avs.config.report_jobs import FigureJob
+        from avs.config.report_jobs import DrawnJob
         from avs.report.figures.coverage_over_views import write_coverage_over_views
 
-        write_coverage_over_views(episodes, coverage or [], read_settings(settings, FigureJob).methods, out)
+        told = read_settings(settings, DrawnJob)
+        write_coverage_over_views(episodes, coverage or [], told.methods, out, told.reference)

@@ -57,7 +57,7 @@ def change(path):
     [
         (f"{RESULTS}/tables/nvs_orbit.md", flip, {"nvs_table"}),
         (f"{RESULTS}/tables/nvs_orbit.tex", os.unlink, {"nvs_table"}),
-        (f"{RESULTS}/figures/psnr_over_views.png", flip, {"psnr_over_views"}),
+        (f"{RESULTS}/figures/psnr_over_views_orbit.png", flip, {"psnr_over_views"}),
         (EPISODE, flip, {"episode"} | SHOWN),
         (EPISODE, os.unlink, {"episode"} | SHOWN),
         (EPISODE.replace("episode.json", "splats.ply"), flip, {"episode"} | SHOWN),

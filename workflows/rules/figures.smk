@@ -66,18 +66,18 @@ def scene_options(wildcards, input):
 
 rule psnr_over_views:
     input:
-        episodes=all_episodes,
-        settings=f"{RESULTS}/settings/psnr_over_views.json",
+        episodes=dataset_episodes,
+        settings=f"{RESULTS}/settings/psnr_over_views/{{dataset}}.json",
         code=sources("avs.report.figures.psnr_over_views"),
     output:
-        multiext(f"{RESULTS}/figures/psnr_over_views", ".pdf", ".png"),
+        multiext(f"{RESULTS}/figures/psnr_over_views_{{dataset}}", ".pdf", ".png"),
     log:
-        f"{LOGS}/figures/psnr_over_views.log",
+        f"{LOGS}/figures/psnr_over_views_{{dataset}}.log",
     params:
         made_of=made_of,
         stem=subpath(output[0], strip_suffix=".pdf"),
     message:
-        "figure: PSNR over views"
+        "figure: PSNR over views of {wildcards.dataset}"
     shell:
         "{AVS} --made-of {params.made_of} psnr_over_views"
         " {input.episodes} --settings {input.settings} --out {params.stem} --log {log}"
@@ -151,7 +151,7 @@ rule score_maps:
 
 rule figures:
     input:
-        f"{RESULTS}/figures/psnr_over_views.pdf",
+        of_each_data_set("psnr_over_views"),
         f"{RESULTS}/figures/qualitative.pdf",
         of_each_data_set("selected_cameras"),
         of_each_data_set("score_maps"),

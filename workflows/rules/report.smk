@@ -176,4 +176,4 @@ rule tables:
         tables_of_sensitivity,
         coverage_tables,
         coverage_figures,
-        f"{RESULTS}/figures/psnr_over_views.pdf",
+        expand(f"{RESULTS}/figures/psnr_over_views_{{dataset}}.pdf", dataset=SCENES),

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from avs.report.collect import Episodes, read_dataset
-from avs.report.figures.over_views import STYLE, draw_notice, save_figure
+from avs.report.figures.figure_files import STYLE, draw_notice, save_figure
 from avs.report.formats.plain_text import one_line
 from avs.report.intervals import CONFIDENCE
 from avs.report.methods import Presented, presented

@@ -12,7 +12,7 @@ from avs.report.collect import Episodes, read_episodes
 from avs.report.figure_settings import FigureSettings
 from avs.report.figures.captions import write_caption
 from avs.report.figures.differing_regions import Window, cut, differing_windows
-from avs.report.figures.over_views import STYLE, draw_notice, save_figure
+from avs.report.figures.figure_files import STYLE, draw_notice, save_figure
 from avs.report.figures.picture_grid import (
     GAP,
     Columns,

@@ -13,7 +13,7 @@ from avs.nvs.pictures import read_pictures
 from avs.nvs.record import Episode
 from avs.report.collect import read_dataset
 from avs.report.figures.captions import write_caption
-from avs.report.figures.over_views import STYLE, draw_notice, save_figure
+from avs.report.figures.figure_files import STYLE, draw_notice, save_figure
 from avs.report.figures.picture_grid import (
     GAP,
     Columns,

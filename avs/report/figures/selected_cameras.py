@@ -11,7 +11,7 @@ import numpy as np
 from avs.nvs.record import Episode
 from avs.report.collect import Episodes, end_of_curve, image_mean, read_dataset
 from avs.report.figures.captions import write_caption
-from avs.report.figures.over_views import STYLE, draw_notice, save_figure
+from avs.report.figures.figure_files import STYLE, draw_notice, save_figure
 from avs.report.figures.overview import Overview, outline_depth, outlines, overview_of
 from avs.report.figures.picture_grid import shortened
 from avs.report.formats.plain_text import one_line
