@@ -67,3 +67,30 @@ def score_maps(
 
         told = read_settings(settings, DrawnJob)
         write_score_maps(episodes, told.methods, told.figures.moments, dataset, scene, out)
+
+
+@commands.command()
+def teaser(
+    records: Annotated[list[Path], typer.Argument(help="records of the timing, one a method")],
+    settings: SettingsFile,
+    out: Stem,
+    episode: Annotated[list[Path] | None, typer.Option(help="an episode on the scene of the timing")] = None,
+    log: Log = None,
+) -> None:
+    """Draw selection time against test PSNR."""
+    with job(log):
+        from avs.config.report_jobs import DrawnJob
+        from avs.report.figures.teaser import write_teaser
+
+        write_teaser(records, episode or [], read_settings(settings, DrawnJob).methods, out)
+
+
+@commands.command("time_and_psnr")
+def time_and_psnr(episodes: Episodes, dataset: Dataset, settings: SettingsFile, out: Stem, log: Log = None) -> None:
+    """Draw the time of each selection and the test PSNR over the number of captured views."""
+    with job(log):
+        from avs.config.report_jobs import DrawnJob
+        from avs.report.figures.time_and_psnr import write_time_and_psnr
+
+        told = read_settings(settings, DrawnJob)
+        write_time_and_psnr(episodes, told.methods, dataset, told.reference, out)

@@ -214,6 +214,11 @@ def _drawn(config: Config, dataset: str) -> DrawnJob:
     return DrawnJob(**records, figures=config.report.figures, reference=config.report.reference)
 
 
+def _timed_drawn(config: Config, _: str) -> DrawnJob:
+    """Return what a figure of the scene reads on which selections are timed."""
+    return _drawn(config, timed_scene(config)[0])
+
+
 def _coverage_reference(config: Config, _: str) -> ReferenceJob:
     told = config.coverage or CoverageSettings()
     values = {name: getattr(told, name) for name in ReferenceJob.model_fields if name != "device"}
@@ -268,6 +273,8 @@ JOBS: dict[str, Callable[[Config, str], StrictModel]] = {
     "qualitative": _drawn,
     "selected_cameras": _drawn,
     "score_maps": _drawn,
+    "teaser": _timed_drawn,
+    "time_and_psnr": _timed_drawn,
 }
 """What makes the settings of a rule's jobs: from the configuration and the name of a method, scene, data set or scorer,
 those of a variant and a method, or which of two tables. Where all jobs of a rule read the same, that name is empty."""

@@ -58,6 +58,21 @@ def of_each_data_set(name):
     return expand(f"{RESULTS}/figures/{name}_{{dataset}}.pdf", dataset=SCENES)
 
 
+def timed_metas(wildcards):
+    """Return what lies beside the records on the scene on which selections are timed: the times of all selections."""
+    return [
+        path.replace("episode.json", "episode.meta.json")
+        for path in timed_episodes(wildcards)
+    ]
+
+
+def teasers(wildcards):
+    """Return the figure of selection times and PSNR, unless no method is timed."""
+    return (
+        [] if settings.runtime is None or not TIMED else f"{RESULTS}/figures/teaser.pdf"
+    )
+
+
 def scene_options(wildcards, input):
     """Return the folders of the scenes of a figure as options."""
     files = [input.scenes] if isinstance(input.scenes, str) else input.scenes
@@ -149,11 +164,55 @@ rule score_maps:
         " --scene {params.scene} --settings {input.settings} --out {params.stem} --log {log}"
 
 
+rule teaser:
+    input:
+        records=timings,
+        episodes=timed_episodes,
+        settings=f"{RESULTS}/settings/teaser.json",
+        code=sources("avs.report.figures.teaser"),
+    output:
+        multiext(f"{RESULTS}/figures/teaser", ".pdf", ".png", ".md"),
+    log:
+        f"{LOGS}/figures/teaser.log",
+    params:
+        made_of=made_of,
+        episodes=episode_options,
+        stem=subpath(output[0], strip_suffix=".pdf"),
+    message:
+        "figure: selection time against PSNR"
+    shell:
+        "{AVS} --made-of {params.made_of} teaser"
+        " {input.records} {params.episodes} --settings {input.settings} --out {params.stem} --log {log}"
+
+
+rule time_and_psnr:
+    input:
+        episodes=timed_episodes,
+        metas=timed_metas,
+        settings=f"{RESULTS}/settings/time_and_psnr.json",
+        code=sources("avs.report.figures.time_and_psnr"),
+    output:
+        multiext(f"{RESULTS}/figures/time_and_psnr", ".pdf", ".png", ".md"),
+    log:
+        f"{LOGS}/figures/time_and_psnr.log",
+    params:
+        made_of=made_of,
+        dataset=TIMED_SCENE[0],
+        stem=subpath(output[0], strip_suffix=".pdf"),
+    message:
+        "figure: time and PSNR over views"
+    shell:
+        "{AVS} --made-of {params.made_of} time_and_psnr"
+        " {input.episodes} --dataset {params.dataset} --settings {input.settings} --out {params.stem} --log {log}"
+
+
 rule figures:
     input:
         of_each_data_set("psnr_over_views"),
         f"{RESULTS}/figures/qualitative.pdf",
         of_each_data_set("selected_cameras"),
         of_each_data_set("score_maps"),
+        teasers,
+        f"{RESULTS}/figures/time_and_psnr.pdf",
         coverage_figures,
         CRITICAL_DIFFERENCES,

@@ -47,8 +47,8 @@ def label_ends(axes: Axes, labels: Sequence[EndLabel], height: float, leader: fl
 
     if not labels:
         return
-    corner, opposite = np.transpose([axes.get_xlim(), axes.get_ylim()])
-    ends = (np.array([label.end for label in labels]) - corner) / (opposite - corner)
+    axes.get_xlim(), axes.get_ylim()  # which bring the limits up to date before they are used
+    ends = axes.transAxes.inverted().transform(axes.transData.transform([label.end for label in labels]))
     for label, end, place in zip(labels, ends, spread(ends[:, 1], height, 0.0, 1.0), strict=True):
         axes.text(
             1.0 + leader,

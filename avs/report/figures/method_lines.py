@@ -6,7 +6,7 @@ compete are grey and dashed, so that print without colour parts them from the ot
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from avs.report.figures.curves import Curve
@@ -36,10 +36,10 @@ def emphasised(curves: Sequence[Curve], reference: str | None) -> list[str]:
 def line_styles(curves: Sequence[Curve], reference: str | None) -> dict[str, dict[str, Any]]:
     """Return the options of ``Axes.plot`` for the line of each method."""
     strong = emphasised(curves, reference)
-    colours = _colours(curves)
+    colours = group_colours([called(curve.method, curve.group) for curve in curves])
     styles = {}
     for curve in curves:
-        group, competes = _called(curve), curve.group not in UNRANKED
+        group, competes = called(curve.method, curve.group), curve.group not in UNRANKED
         styles[curve.method] = {
             "color": colours[group],
             "linestyle": "-" if competes else _DASHES.get(curve.group, _OTHER_DASHES),
@@ -52,19 +52,19 @@ def line_styles(curves: Sequence[Curve], reference: str | None) -> dict[str, dic
 def legend_styles(curves: Sequence[Curve]) -> dict[str, dict[str, Any]]:
     """Return the options of a line for each group that occurs, by its name, known groups first."""
     styles = line_styles(curves, None)
-    found = {_called(curve): styles[curve.method] | {"linewidth": 1.4} for curve in curves}
+    found = {called(curve.method, curve.group): styles[curve.method] | {"linewidth": 1.4} for curve in curves}
     order = [name for name in (*_GROUP_COLOURS, *found) if name in found]
     return {name: found[name] for name in dict.fromkeys(order)}
 
 
-def _called(curve: Curve) -> str:
-    competes = curve.group not in UNRANKED
-    return PROPOSED if competes and presented(curve.method).proposed else curve.group
+def called(method: str, group: str) -> str:
+    """Return the group by which figures colour a method: the one of its rows, or ``PROPOSED``."""
+    return PROPOSED if group not in UNRANKED and presented(method).proposed else group
 
 
-def _colours(curves: Sequence[Curve]) -> dict[str, str]:
-    """Return the colour of each group."""
-    names = dict.fromkeys(_called(curve) for curve in curves)
+def group_colours(names: Iterable[str]) -> dict[str, str]:
+    """Return the colour of each group by what it is called; other known groups are there as well."""
+    names = dict.fromkeys(names)
     others = [name for name in names if name not in _GROUP_COLOURS and name not in UNRANKED]
     added = {name: _OTHER_COLOURS[place % len(_OTHER_COLOURS)] for place, name in enumerate(others)}
     return dict.fromkeys(UNRANKED, _GREY) | _GROUP_COLOURS | added

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _COLUMNS = 2
-_LEFT, _PLOT, _LETTER = 0.6, 1.9, 0.05  # inches: what stands left of a plot, the plot, and a letter of a label
-_NUMBERS = 0.32  # inches for the numbers of an axis
+_LEFT, _PLOT, _LETTER = 0.64, 1.86, 0.05  # inches: what stands left of a plot, the plot, and a letter of a label
+_NUMBERS = 0.36  # inches for the numbers of an axis
 _MOST_LETTERS, _LEADER = 22, 0.14  # of a label; inches of the line that leads to it
 _TITLE, _BETWEEN, _BELOW = 0.2, 0.16, 0.34  # inches
 _UPPER, _LEAST_LOWER, _LABEL = 1.35, 1.1, 0.098  # inches: heights of the plots, and of a label
@@ -152,7 +152,9 @@ def _dress(upper: Axes, lower: Axes, panel: Panel, wording: Wording) -> None:
     # Of two seeds or scenes an interval can be ten times as wide as all curves together: it may leave the frame.
     reach = max((abs(value) for curve in panel.curves for value in curve.difference), default=0.0)
     low, high = lower.get_ylim()
-    if reach > 0:
+    if reach == 0:  # of a single method
+        lower.set_ylim(-1.0, 1.0)
+    else:
         lower.set_ylim(max(low, -_MOST_OF_BANDS * reach), min(high, _MOST_OF_BANDS * reach))
     lower.axhline(0.0, color="#999999", linewidth=0.6, zorder=1)
     lower.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 4, 5, 10]))
