@@ -113,6 +113,11 @@ def view_synthesis(
         *missing_notes(episodes, COLUMNS, rows, reasons),
         *no_scenes(left_out),
         *comparison_notes(differences, reference, rows, episodes),
+        *(
+            []
+            if differences is None
+            else [f"all pairs of methods are tested in the table significance_{episodes.dataset}"]
+        ),
         *spread_note(episodes, methods),
         *_lpips_note(episodes),
         *([] if paper is None else [published_note(paper.dataset, why_not)]),
