@@ -157,4 +157,6 @@ def test_the_diagram_is_the_same_to_the_byte(episode, written, tmp_path, scenes)
         write_critical_difference(paths if name == "first" else paths[::-1], METHODS, "orbit", out)
         contents.append({path.name: path.read_bytes() for path in out.parent.iterdir()})
     assert contents[0] == contents[1]
-    assert len(contents[0]) == 2
+    assert len(contents[0]) == 3
+    caption = contents[0]["critical_difference_orbit.md"].decode()
+    assert ("critical difference" in caption) == (scenes > 1)

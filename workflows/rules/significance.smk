@@ -39,7 +39,9 @@ rule critical_difference:
         settings=f"{RESULTS}/settings/critical_difference/{{dataset}}.json",
         code=sources("avs.report.figures.critical_difference"),
     output:
-        multiext(f"{RESULTS}/figures/critical_difference_{{dataset}}", ".pdf", ".png"),
+        multiext(
+            f"{RESULTS}/figures/critical_difference_{{dataset}}", ".pdf", ".png", ".md"
+        ),
     log:
         f"{LOGS}/figures/critical_difference_{{dataset}}.log",
     params:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from avs.report.collect import Episodes, read_dataset
+from avs.report.figures.captions import write_caption
 from avs.report.figures.figure_files import STYLE, draw_notice, save_figure
 from avs.report.formats.plain_text import one_line
 from avs.report.intervals import CONFIDENCE
@@ -21,11 +22,18 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _WIDTH, _LINE, _HEAD = 5.2, 0.17, 0.85  # inches: of the figure, of a line of labels, of axis and title
+_CAPTION = (
+    "Average ranks of the methods that compete on {dataset}, by test PSNR at the end: ranks of each scene ({scenes}), "
+    "by means over seeds ({seeds}), averaged over scenes; 1 is best. A bar lies over methods that Nemenyi's test at "
+    "{level} does not tell apart: no two of them are farther apart than the critical difference, {critical:.2f}. It "
+    "supposes scenes drawn independently, looks at their order alone, and is too cautious for few scenes. Friedman's "
+    "test by permutation: p = {p_value:.2g}."
+)
 _OWN, _OTHER = "#D55E00", "#222222"  # what the paper proposes, in the colour of the other figures, and the rest
 
 
 def write_critical_difference(episodes: Sequence[Path], methods: Sequence[str], dataset: str, out: Path) -> None:
-    """Write ``out`` with the suffixes ``.pdf`` and ``.png``: the diagram of a data set for test PSNR (Demsar 2006).
+    """Write ``out`` as ``.pdf`` and ``.png``, and its caption as ``.md``: the diagram of test PSNR (Demsar 2006).
 
     The methods that compete stand at their average ranks over scenes, seeds averaged; a bar lies over methods of which
     no two are farther apart than the critical difference. With one scene, or fewer than two methods, the figure says
@@ -45,8 +53,13 @@ def write_critical_difference(episodes: Sequence[Path], methods: Sequence[str], 
     grid = grid_of(collected, [each.identifier for each in shown], METRICS["psnr"])
     ranks = ranks_of(grid, METRICS["psnr"])
     if ranks is None or ranks.blocks < 2:
-        draw_notice(f"{headed(dataset)}: ranks need two methods and two scenes to be compared over.", out)
+        notice = f"{headed(dataset)}: ranks need two methods and two scenes to be compared over."
+        draw_notice(notice, out)
+        write_caption(out, notice)
         return
+    scenes, seeds = ", ".join(collected.scenes), ", ".join(map(str, collected.seeds))
+    told = {"dataset": headed(dataset), "scenes": scenes, "seeds": seeds, "level": f"{1 - CONFIDENCE:.0%}"}
+    write_caption(out, _CAPTION.format(**told, critical=ranks.critical, p_value=ranks.p_value))
     _draw(collected, [each for each in shown if each.identifier in grid], ranks, out)
 
 
