@@ -94,3 +94,17 @@ def time_and_psnr(episodes: Episodes, dataset: Dataset, settings: SettingsFile, 
 
         told = read_settings(settings, DrawnJob)
         write_time_and_psnr(episodes, told.methods, dataset, told.reference, out)
+
+
+@commands.command("egocentric_and_phone")
+def egocentric_and_phone(
+    egocentric: SceneFolder,
+    phone: Annotated[Path, typer.Argument(help="folder of a scene that a phone captured")],
+    out: Stem,
+    log: Log = None,
+) -> None:
+    """Draw egocentric photographs beside those of a phone."""
+    with job(log):
+        from avs.report.figures.egocentric_and_phone import write_egocentric_and_phone
+
+        write_egocentric_and_phone(egocentric, phone, out)

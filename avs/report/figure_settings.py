@@ -27,4 +27,11 @@ class FigureSettings(StrictModel):
     rows: PositiveInt = Field(
         default=4, description="rows of the figure qualitative, each a scene: the first of each data set, then others"
     )
+    egocentric: Annotated[tuple[str, ...], Different] = Field(
+        default=("egocentric", "aria_dtc"),
+        description="data sets of egocentric photographs; the first that the run evaluates is set beside one of phone",
+    )
+    phone: Annotated[tuple[str, ...], Different] = Field(
+        default=("handheld", "mapfree"), description="data sets of photographs by phones, of which the first counts"
+    )
     moments: PositiveInt = Field(default=5, description="columns of the figure score_maps, spread over an episode")

@@ -73,6 +73,23 @@ def teasers(wildcards):
     )
 
 
+def compared_scenes():
+    """Return the first scene of the egocentric data set and of that of phones; nothing where one of them is lacking."""
+    kinds = (settings.report.figures.egocentric, settings.report.figures.phone)
+    found = [[name for name in names if name in SCENES][:1] for names in kinds]
+    names = [name for each in found for name in each]
+    return [(name, SCENES[name][0]) for name in names] if all(found) else []
+
+
+COMPARED_SCENES = [
+    SCENE.format(dataset=dataset, scene=scene) for dataset, scene in compared_scenes()
+]
+
+
+def compared_figures(wildcards):
+    return f"{RESULTS}/figures/egocentric_and_phone.pdf" if COMPARED_SCENES else []
+
+
 def scene_options(wildcards, input):
     """Return the folders of the scenes of a figure as options."""
     files = [input.scenes] if isinstance(input.scenes, str) else input.scenes
@@ -206,6 +223,26 @@ rule time_and_psnr:
         " {input.episodes} --dataset {params.dataset} --settings {input.settings} --out {params.stem} --log {log}"
 
 
+if COMPARED_SCENES:
+
+    rule egocentric_and_phone:
+        input:
+            scenes=COMPARED_SCENES,
+            code=sources("avs.report.figures.egocentric_and_phone"),
+        output:
+            multiext(f"{RESULTS}/figures/egocentric_and_phone", ".pdf", ".png", ".md"),
+        log:
+            f"{LOGS}/figures/egocentric_and_phone.log",
+        params:
+            made_of=made_of,
+            folders=[str(Path(path).parent) for path in COMPARED_SCENES],
+            stem=subpath(output[0], strip_suffix=".pdf"),
+        message:
+            "figure: egocentric photographs and those of a phone"
+        shell:
+            "{AVS} --made-of {params.made_of} egocentric_and_phone {params.folders} --out {params.stem} --log {log}"
+
+
 rule figures:
     input:
         of_each_data_set("psnr_over_views"),
@@ -214,5 +251,6 @@ rule figures:
         of_each_data_set("score_maps"),
         teasers,
         f"{RESULTS}/figures/time_and_psnr.pdf",
+        compared_figures,
         coverage_figures,
         CRITICAL_DIFFERENCES,
