@@ -8,7 +8,9 @@ from typing import Literal
 
 from avs.config.configuration import scorer_of
 from avs.config.run_config import Config
+from avs.iqa.cross_reference.backbone_weights import absent_weights
 from avs.iqa.cross_reference.published_weights import published_weights
+from avs.iqa.cross_reference.scorer_settings import PUBLISHED
 from avs.selection import registry
 from avs.system import weights
 from avs.system.reasons import Reason
@@ -48,8 +50,12 @@ def weights_of(config: Config, identifier: str) -> Path | Made | Absent | None:
         return None
     method = registry.find(identifier).method
     if method.scorer is not None:
-        published = published_weights(method.scorer, scorer_of(config, method.scorer))
-        return published or Made("scorer_train", method.scorer)
+        scorer = scorer_of(config, method.scorer)
+        published = published_weights(method.scorer, scorer)
+        if published is not None or (reason := absent_weights(scorer)) is None:
+            return published or Made("scorer_train", method.scorer)
+        whole = weights.missing([PUBLISHED[method.scorer]]) if scorer.published and method.scorer in PUBLISHED else None
+        return Absent(whole or reason)  # a scorer that others have trained is better than a backbone
     reason = weights.missing(method.pretrained)
     if reason is None:
         return weights.locate(method.pretrained[0]) if len(method.pretrained) == 1 else None

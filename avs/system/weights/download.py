@@ -6,8 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from avs.system.downloads import download
+from avs.system.errors import UserError
 from avs.system.files import write_text
-from avs.system.weights.cache import damage, find, folder, hash_file
+from avs.system.weights.cache import damage, find, folder, hash_file, remedy
 
 
 def fetch(name: str, progress: Callable[[str], None]) -> Path:
@@ -25,13 +26,15 @@ def fetch(name: str, progress: Callable[[str], None]) -> Path:
         The file.
 
     Raises:
-        UserError: the entry is unknown, or as of ``avs.system.downloads.download``.
+        UserError: the entry is unknown, or comes by pip; or as of ``avs.system.downloads.download``.
     """
     entry = find(name)
     target = folder() / entry.path
     if target.is_file() and damage(entry, target) is None:
         progress(f"{name}: already there, {target}")
         return target
+    if entry.pip is not None:
+        raise UserError(f"weights {name}", "are part of a package", remedy(name))
     progress(f"{name}: {entry.url}")
     found = download(entry.url, target, progress, entry.bytes, entry.sha256)
     write_text(hash_file(target), f"{found.sha256}  {target.name}\n")
