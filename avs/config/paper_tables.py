@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from avs.config.run_config import Config
 from avs.report.published import MEMORY_METHODS, PER_SCENE_NAMES, STAND_INS, published_name
+from avs.selection import registry
 
 SIDE_BY_SIDE = ("realestate10k", "mapfree")
 """The data sets that the paper has in one table, in the order of its columns."""
@@ -41,5 +42,6 @@ def side_by_side(config: Config) -> tuple[str, ...]:
 
 
 def with_memory(config: Config, dataset: str) -> tuple[str, ...]:
-    """Return the methods on a data set that have a row in the paper's table of memory, in order."""
-    return tuple(method for method in config.methods_on(dataset) if method in MEMORY_METHODS)
+    """Return the methods on a data set for the paper's table of memory, in order: its own, and its other networks."""
+    proposed = {name for name, found in registry.methods().items() if found.method.proposed}
+    return tuple(method for method in config.methods_on(dataset) if method in proposed.union(MEMORY_METHODS))
