@@ -40,6 +40,11 @@ def test_moments_are_spread_and_count_the_views(run, tmp_path):
     assert [moment.views for moment in _moments(*opened(path), ["true"], 5)] == [5]
 
 
+def test_one_moment_is_enough(run, tmp_path):
+    write_score_maps(run, METHODS, 1, "toys", "toy", tmp_path / "maps")
+    assert (tmp_path / "maps.png").exists()
+
+
 def test_the_same_bytes_each_time(run, tmp_path):
     contents = []
     for name, order in (("first", run), ("second", run[::-1])):

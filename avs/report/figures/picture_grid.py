@@ -22,7 +22,8 @@ WIDTH = 7.16
 GAP = 0.04
 """Inches between pictures."""
 
-_NARROWEST = 0.9  # inches of a column: with many columns the figure becomes wider
+_NARROWEST = 0.9  # inches of a column: with many columns the figure becomes wider than a page
+_WIDEST = 1.8  # with few it becomes narrower
 _TALLEST = 1.5  # height of a picture in widths of its column: a portrait picture becomes narrower
 _MARGIN = 0.25  # inches at the left, for what the rows are called, in two lines
 _LINE, _LETTER = 0.105, 0.056  # inches of a line of a heading, and of a letter
@@ -61,7 +62,7 @@ class Columns:
 def columns_for(headings: Sequence[str]) -> Columns:
     """Return columns with these headings, as wide as a page allows; headings that are too long take several lines."""
     count = max(1, len(headings))
-    width = max(_NARROWEST, (WIDTH - _MARGIN - GAP * (count - 1)) / count)
+    width = min(max(_NARROWEST, (WIDTH - _MARGIN - GAP * (count - 1)) / count), _WIDEST)
     letters = max(1, int(width / _LETTER))
     lines = tuple(tuple(textwrap.wrap(one_line(heading), letters)) for heading in headings)
     return Columns(width, _MARGIN + count * (width + GAP) - GAP, lines)

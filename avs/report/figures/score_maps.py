@@ -163,7 +163,8 @@ def _scale(figure: Figure) -> None:
     from matplotlib.colors import Normalize
 
     width, height = figure.get_size_inches()
-    box = (0.5 - 1.0 / width, 0.24 / height, 2.0 / width, 0.06 / height)
+    long = min(2.0, width - 0.3)  # inches
+    box = (0.5 - long / 2 / width, 0.24 / height, long / width, 0.06 / height)
     mappable = ScalarMappable(Normalize(0.0, 1.0), _COLOURS)
     bar = figure.colorbar(mappable, cax=figure.add_axes(box), orientation="horizontal")
     bar.ax.tick_params(labelsize=6, length=2, pad=1)
