@@ -185,7 +185,7 @@ def _name(axes: Axes, points: Sequence[Point], colours: dict[str, str], front: S
     from matplotlib.colors import to_rgb
 
     names = [shortened(one_line(point.label), _MOST_LETTERS) for point in points]
-    letters = [_LETTER * (1.1 if point in front else 1.0) for point in points]
+    letters = [_LETTER * (1.22 if point in front else 1.0) for point in points]
     sizes = np.array([[letter * len(name), _LINE] for letter, name in zip(letters, names, strict=True)])
     centres = _inches(axes, [(point.seconds, point.psnr) for point in points])
     corners = placed(centres, sizes, _PLOT, _front_boxes(axes, front))
