@@ -9,10 +9,20 @@ SHELL := bash
 .SHELLFLAGS := -euo pipefail -c
 export PATH := $(CURDIR)/.venv/bin:$(PATH)
 
-.PHONY: tables test lint check endurance
+.PHONY: tables photographs test lint check endurance
 
 tables: .venv/installed
 	snakemake -j$(CORES) tables
+
+# From a folder of photographs, or a video, to its tables: make photographs FROM=DIR. Their poses are found once, and kept
+# with the pictures in captures/<name of FROM>.
+CAPTURE = captures/$(basename $(notdir $(FROM:/=)))
+
+photographs: .venv/installed
+	@test -n "$(FROM)" || { echo "error: FROM: names no folder of photographs; say make photographs FROM=DIR" >&2; exit 2; }
+	test -d "$(CAPTURE)" || python -m avs data pose "$(FROM)" --out "$(CAPTURE)"
+	snakemake -j$(CORES) tables \
+	    --configfile workflows/config/small.yaml workflows/config/overlays/photographs.yaml --config scenes_dir="$(CAPTURE)"
 
 check: .venv/installed
 	snakemake -j$(CORES) tables --configfile workflows/config/check.yaml

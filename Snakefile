@@ -36,7 +36,10 @@ include: "workflows/rules/runtime.smk"
 include: "workflows/rules/sensitivity.smk"
 include: "workflows/rules/sfm.smk"
 include: "workflows/rules/slam.smk"
+include: "workflows/rules/paper_tables.smk"
+include: "workflows/rules/significance.smk"
 include: "workflows/rules/report.smk"
+include: "workflows/rules/figures.smk"
 
 
 for baseline in BASELINES:
@@ -68,8 +71,11 @@ onstart:
 
 onsuccess:
     shutil.rmtree(INCOMPLETE, ignore_errors=True)
+    # The first data set's view synthesis is what most readers look for: it is the last on the screen.
     names = [
-        f"{kind}_{dataset}.md" for kind in ("nvs", "coverage") for dataset in SCENES
+        f"{kind}_{dataset}.md"
+        for kind in ("coverage", "nvs")
+        for dataset in reversed(SCENES)
     ]
     paths = [Path(f"{RESULTS}/tables/{name}") for name in names]
     made = [

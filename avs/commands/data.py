@@ -60,6 +60,20 @@ def check(
 
 
 @of_folders.command()
+def get(
+    name: Annotated[str, typer.Argument(help="a data set of workflows/config/datasets that is published freely")],
+    folder: Annotated[Path, typer.Argument(help="where its archives are unpacked")],
+    keep: Annotated[bool, typer.Option("--keep", help="keep the archives once they are unpacked")] = False,
+) -> None:
+    """Download a data set's archives and unpack them; run again, it goes on where a download broke off."""
+    with job(None) as console:
+        from avs.config.data_set_check import archives_of
+        from avs.datasets.published_archives import fetch_archives
+
+        fetch_archives(archives_of(name), folder, keep, console.progress)
+
+
+@of_folders.command()
 def pose(
     source: Annotated[Path, typer.Argument(help="folder of photographs, or a video")],
     out: Annotated[Path, typer.Option(help="the capture to write: images/ and sparse/0; it must not exist")],

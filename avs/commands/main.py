@@ -14,12 +14,25 @@ from typing import Annotated
 
 import typer
 
-from avs.commands import common, data, metric_parameters, nvs, report, runtime, scorer, sensitivity, sfm, slam, weights
+from avs.commands import (
+    common,
+    data,
+    figures,
+    metric_parameters,
+    nvs,
+    report,
+    runtime,
+    scorer,
+    sensitivity,
+    sfm,
+    slam,
+    weights,
+)
 from avs.system.compatibility import prepare_environment
 from avs.system.job_process import die_with_parent, remember_sources
 
 HELP = "Active view selection. One command per rule of the workflow, of the same name; every path is an argument."
-STAGES = (common, data, scorer, metric_parameters, nvs, runtime, sensitivity, sfm, slam, report)
+STAGES = (common, data, scorer, metric_parameters, nvs, runtime, sensitivity, sfm, slam, report, figures)
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False, help=HELP)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -22,7 +22,7 @@ Dataset = Annotated[str, typer.Option(help="data set whose records these are")]
 def nvs_table(episodes: Episodes, dataset: Dataset, settings: SettingsFile, out: Stem, log: Log = None) -> None:
     """Write the view selection table of a data set as csv, md and tex."""
     with job(log):
-        from avs.config.jobs import TableJob
+        from avs.config.report_jobs import TableJob
         from avs.report.tables.view_synthesis import write_nvs_table
 
         told = read_settings(settings, TableJob)
@@ -31,11 +31,71 @@ def nvs_table(episodes: Episodes, dataset: Dataset, settings: SettingsFile, out:
         write_nvs_table(episodes, told.methods, dataset, published, out, *beside)
 
 
+@commands.command("scene_table")
+def scene_table(episodes: Episodes, dataset: Dataset, settings: SettingsFile, out: Stem, log: Log = None) -> None:
+    """Write the view selection table of the single scenes of a data set as csv, md and tex."""
+    with job(log):
+        from avs.config.report_jobs import SceneTableJob
+        from avs.report.tables.scene_by_scene import write_scene_table
+
+        told = read_settings(settings, SceneTableJob)
+        write_scene_table(episodes, told.methods, dataset, list(map(Path, told.published)), out, told.absent)
+
+
+@commands.command("significance_table")
+def significance_table(
+    episodes: Episodes, dataset: Dataset, settings: SettingsFile, out: Stem, log: Log = None
+) -> None:
+    """Write which methods of a data set differ, as csv, md and tex."""
+    with job(log):
+        from avs.config.report_jobs import RowsJob
+        from avs.report.tables.method_significance import write_significance_table
+
+        told = read_settings(settings, RowsJob)
+        write_significance_table(episodes, told.methods, dataset, out, told.absent)
+
+
+@commands.command("critical_difference")
+def critical_difference(
+    episodes: Episodes, dataset: Dataset, settings: SettingsFile, out: Stem, log: Log = None
+) -> None:
+    """Draw the average ranks of the methods of a data set with their critical difference."""
+    with job(log):
+        from avs.config.report_jobs import FigureJob
+        from avs.report.figures.critical_difference import write_critical_difference
+
+        write_critical_difference(episodes, read_settings(settings, FigureJob).methods, dataset, out)
+
+
+@commands.command("side_by_side_table")
+def side_by_side_table(episodes: Episodes, settings: SettingsFile, out: Stem, log: Log = None) -> None:
+    """Write the view selection table of several data sets as csv, md and tex."""
+    with job(log):
+        from avs.config.report_jobs import SideBySideJob
+        from avs.report.collect import read_episodes
+        from avs.report.tables.data_sets_side_by_side import ShownDataSet, write_side_by_side_table
+
+        told = read_settings(settings, SideBySideJob).data_sets
+        methods = [method for each in told.values() for method in each.methods]
+        found = {each.dataset: each for each in read_episodes(episodes, methods)}
+        sets = [
+            ShownDataSet(
+                found[name],
+                each.methods,
+                each.absent,
+                None if each.published is None else Path(each.published),
+                each.pictures,
+            )
+            for name, each in told.items()
+        ]
+        write_side_by_side_table(sets, out)
+
+
 @commands.command("ranking_table")
 def ranking_table(records: States, dataset: Dataset, settings: SettingsFile, out: Stem, log: Log = None) -> None:
     """Write how well each method's scores rank the candidates of a data set, as csv, md and tex."""
     with job(log):
-        from avs.config.jobs import RowsJob
+        from avs.config.report_jobs import RowsJob
         from avs.report.tables.score_ranking import write_ranking_table
 
         told = read_settings(settings, RowsJob)
@@ -53,11 +113,30 @@ def runtime_table(
 ) -> None:
     """Write the table of selection times as csv, md and tex."""
     with job(log):
-        from avs.config.jobs import RowsJob
+        from avs.config.report_jobs import RowsJob
         from avs.report.tables.selection_times import write_runtime_table
 
         told = read_settings(settings, RowsJob)
         write_runtime_table(records, episode or [], told.methods, told.absent, published or [], out)
+
+
+@commands.command("runtime_summary")
+def runtime_summary(
+    records: Annotated[list[Path], typer.Argument(help="records of the timing, one a method")],
+    summary: Annotated[Literal["memory", "detail"], typer.Option(help="which of the paper's two tables")],
+    settings: SettingsFile,
+    out: Stem,
+    episode: Annotated[list[Path] | None, typer.Option(help="an episode on the scene, for the PSNR")] = None,
+    log: Log = None,
+) -> None:
+    """Write one of the paper's two tables of selection times as csv, md and tex."""
+    with job(log):
+        from avs.config.report_jobs import SummaryJob
+        from avs.report.tables.runtime_summary import write_runtime_summary
+
+        told = read_settings(settings, SummaryJob)
+        published = Path(told.published)
+        write_runtime_summary(summary, records, episode or [], told.methods, told.absent, published, out)
 
 
 @commands.command()
@@ -75,13 +154,3 @@ def report(results: Annotated[Path, typer.Argument(help="folder of a run's resul
         out = results / "tables_incomplete"
         tables, left_out = write_incomplete_tables(unfinished(plan), out)
         print("\n".join([*tables, *left_out, *([f"All tables: {out}"] if tables else [])]))
-
-
-@commands.command("psnr_over_views")
-def psnr_over_views(episodes: Episodes, settings: SettingsFile, out: Stem, log: Log = None) -> None:
-    """Draw the test PSNR over the number of captured views."""
-    with job(log):
-        from avs.config.jobs import FigureJob
-        from avs.report.figures.psnr_over_views import write_psnr_over_views
-
-        write_psnr_over_views(episodes, read_settings(settings, FigureJob).methods, out)

@@ -27,7 +27,7 @@ def sensitivity_table(
 ) -> None:
     """Write each method's PSNR and rank under variants of the settings, and how the orders agree."""
     with job(log):
-        from avs.config.jobs import SensitivityJob
+        from avs.config.report_jobs import SensitivityJob
         from avs.report.tables.setting_sensitivity import write_sensitivity_table
 
         told = read_settings(settings, SensitivityJob)

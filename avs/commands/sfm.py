@@ -63,7 +63,7 @@ def coverage_table(
 ) -> None:
     """Write the coverage table of a data set as csv, md and tex."""
     with job(log):
-        from avs.config.jobs import CoverageTableJob
+        from avs.config.report_jobs import CoverageTableJob
         from avs.report.tables.scene_coverage import write_coverage_table
 
         told = read_settings(settings, CoverageTableJob)
@@ -83,7 +83,7 @@ def coverage_maps(
 ) -> None:
     """Draw where the views of each method leave the reference of a scene uncovered."""
     with job(log):
-        from avs.config.jobs import FigureJob
+        from avs.config.report_jobs import FigureJob
         from avs.report.figures.coverage_maps import write_coverage_maps
 
         write_coverage_maps(scene, records, covered or [], read_settings(settings, FigureJob).methods, out)
@@ -95,7 +95,8 @@ def coverage_over_views(
 ) -> None:
     """Draw the surface coverage ratio over the number of captured views."""
     with job(log):
-        from avs.config.jobs import FigureJob
+        from avs.config.report_jobs import DrawnJob
         from avs.report.figures.coverage_over_views import write_coverage_over_views
 
-        write_coverage_over_views(episodes, coverage or [], read_settings(settings, FigureJob).methods, out)
+        told = read_settings(settings, DrawnJob)
+        write_coverage_over_views(episodes, coverage or [], told.methods, out, told.reference)

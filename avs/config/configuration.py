@@ -1,142 +1,28 @@
-"""The configuration of a run: one schema, and a scale is only numbers.
+"""The configuration of a run, read and checked: one schema, and a scale is only numbers.
 
-``workflows/config/<scale>.yaml`` holds the values; ``workflows/schemas/config.json`` is generated from these models.
+``workflows/config/<scale>.yaml`` holds the values.
 """
 
 from __future__ import annotations
 
-import functools
-import operator
+import difflib
 from collections.abc import Collection
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, cast
+from typing import Any, cast
 
-from pydantic import Field, ValidationError, field_validator, model_validator
+from pydantic import ValidationError
 
 from avs.config.configuration_faults import check_numbers, readable
-from avs.config.distortion_config import DistortionConfig
-from avs.config.sensitivity_settings import SensitivitySettings, laid_over
-from avs.config.slam_config import SlamConfig, check_slam
-from avs.coverage.coverage_settings import CoverageSettings
+from avs.config.run_config import Config, DataSet, ScorerName
+from avs.config.sensitivity_settings import laid_over
+from avs.config.slam_config import check_slam
 from avs.datasets.captures import Captures
-from avs.datasets.reader import Reader
-from avs.datasets.reader_registry import readers
-from avs.iqa.cross_reference.scorer_settings import BACKBONE_OF, ScorerSettings
-from avs.nvs.common_states_settings import CommonStatesSettings
+from avs.iqa.cross_reference.scorer_settings import ScorerSettings
 from avs.nvs.protocol import ProtocolSettings, check_own_settings, protocol_of_method
-from avs.nvs.timing_settings import RuntimeSettings
-from avs.report.published import PRINTED_NAMES
-from avs.report.report_settings import ReportSettings
-from avs.representations import kinds
+from avs.report.figure_settings import ROLES
 from avs.representations.kinds import AnyRepresentationSettings
 from avs.selection import registry
 from avs.system.errors import UserError
-from avs.system.models import Different, Seed, StrictModel
-
-ScorerName = Literal["repvit", "dinov2"]
-DataSetName = Annotated[str, Field(pattern=r"^[a-z0-9_]+$")]
-
-# The settings of a data set: those of any reader, told apart by ``source``.
-if TYPE_CHECKING:
-    DataSet = Reader
-else:
-    DataSet = Annotated[functools.reduce(operator.or_, readers().values()), Field(discriminator="source")]
-
-
-class Config(StrictModel):
-    """All settings of a run."""
-
-    scale: str = Field(pattern=r"^[a-z0-9_]+$", description="name of the results folder, such as ci, small or paper")
-    device: Literal["cpu", "cuda"] = Field(default="cpu", description="where reconstructions and networks run")
-    seeds: Annotated[tuple[Seed, ...], Different] = Field(
-        min_length=1, description="each episode runs once with each seed"
-    )
-    methods: Annotated[tuple[str, ...], Different] = Field(
-        min_length=1, description="identifiers of the selection methods, in table order"
-    )
-    selectors: dict[str, dict[str, Any]] = Field(
-        default_factory=dict, description="settings of the methods, by identifier"
-    )
-    method_protocols: dict[str, dict[str, Any]] = Field(
-        default_factory=dict,
-        description="settings of the loop for one method alone, by identifier; they go before what the method brings",
-    )
-    datasets: dict[DataSetName, DataSet] = Field(
-        default_factory=dict,
-        description="the data sets by name; those that distortions names are for scorers, the others get tables",
-    )
-    scenes_dir: str | None = Field(
-        default=None,
-        description="folder of captures to evaluate as the data set captures, instead of the evaluated ones; they are "
-        "prepared as datasets.captures says where there is one",
-    )
-    protocol: ProtocolSettings = Field(default_factory=ProtocolSettings, description="the loop")
-    representation: AnyRepresentationSettings = Field(
-        default_factory=lambda: kinds.create_settings({}), description="the reconstruction"
-    )
-    distortions: DistortionConfig | None = Field(
-        default=None, description="the data that scorers are trained on; null if the run trains none"
-    )
-    scorers: dict[ScorerName, ScorerSettings] = Field(
-        default_factory=dict, description="cross-reference scorers that the run can train; it trains those it needs"
-    )
-
-    @field_validator("scale")
-    @classmethod
-    def _not_a_folder_of_the_project(cls, scale: str) -> str:
-        if scale in ("published", "reference"):
-            raise ValueError(f"{scale} is the name of a folder of results that belongs to the project")
-        return scale
-
-    @model_validator(mode="after")
-    def _scorers_are_what_they_are_called(self) -> Self:
-        for name, scorer in self.scorers.items():
-            if scorer.network.backbone != BACKBONE_OF[name]:
-                raise ValueError(f"scorers.{name}.network.backbone must be {BACKBONE_OF[name]}")
-        return self
-
-    runtime: RuntimeSettings | None = Field(
-        default_factory=RuntimeSettings, description="the table of selection times; null to leave it out"
-    )
-    common_states: CommonStatesSettings | None = Field(
-        default_factory=CommonStatesSettings,
-        description="the states at which all methods score the same candidates, for the table of rank correlations; "
-        "null to leave it out",
-    )
-    coverage: CoverageSettings | None = Field(
-        default_factory=CoverageSettings,
-        description="what the views of each episode cover of the scene in structure from motion; null to leave it out",
-    )
-    slam: SlamConfig | None = Field(
-        default=None, description="buildings that a robot explores, and what chooses its paths; null to leave it out"
-    )
-    sensitivity: SensitivitySettings | None = Field(
-        default=None,
-        description="variants of the settings under which some methods run again, for the table of how far their order "
-        "depends on the settings; null for no such table",
-    )
-    report: ReportSettings = Field(default_factory=ReportSettings, description="how results are tabulated")
-
-    @model_validator(mode="after")
-    def _scorers_have_data_of_their_own(self) -> Self:
-        if self.distortions is None and self.scorers:
-            raise ValueError("scorers need the section distortions, the data to train them on")
-        return self
-
-    @model_validator(mode="after")
-    def _data_sets_are_known(self) -> Self:
-        for name in self.distortions.datasets if self.distortions is not None else ():
-            if name not in self.datasets:
-                raise ValueError(f"distortions names the data set {name}, which is none of {', '.join(self.datasets)}")
-        for name, dataset in self.datasets.items():
-            if dataset.published is not None and dataset.published not in PRINTED_NAMES:
-                raise ValueError(f"datasets.{name}.published must be one of {', '.join(PRINTED_NAMES)}")
-        return self
-
-    @property
-    def evaluated(self) -> tuple[str, ...]:
-        """The names of the evaluated data sets, in order."""
-        others = () if self.distortions is None else self.distortions.datasets
-        return tuple(name for name in self.datasets if name not in others)
+from avs.system.models import StrictModel
 
 
 def load(values: dict[str, Any], programs: Collection[str] = ()) -> Config:
@@ -172,6 +58,7 @@ def load(values: dict[str, Any], programs: Collection[str] = ()) -> Config:
             fault = f"needs the scorer {scorer}, which the configuration does not train"
             raise UserError(f"method {identifier}", fault, f"add scorers.{scorer}, or leave the method out")
         registry.create_settings(identifier, config.selectors.get(identifier, {}))
+    _check_lists_of_methods(config, programs)
     _check_sensitivity(config, programs)
     check_slam(config.slam, config.scorers)
     return _with_captures(config)
@@ -247,6 +134,22 @@ class _Varied(StrictModel):
 
     protocol: ProtocolSettings
     representation: AnyRepresentationSettings
+
+
+def _check_lists_of_methods(config: Config, programs: Collection[str]) -> None:
+    """Raise a UserError if a data set or a figure names what is no method; one that the run leaves out is left out."""
+    known = {*registry.methods(), *programs}
+    for name, dataset in config.datasets.items():
+        _check_known(dataset.methods or (), known, f"datasets.{name}.methods")
+    _check_known(config.report.figures.methods, {*known, *ROLES}, "report.figures.methods")
+
+
+def _check_known(methods: Collection[str], known: Collection[str], key: str) -> None:
+    for method in methods:
+        if method not in known:
+            near = difflib.get_close_matches(method, known, n=1)
+            remedy = f"did you mean {near[0]}?" if near else "remove it"
+            raise UserError(f"configuration: {key}", f"{method} is no method", remedy)
 
 
 def _check_sensitivity(config: Config, programs: Collection[str]) -> None:

@@ -10,6 +10,7 @@ import yaml
 from pydantic import ValidationError
 
 from avs.datasets.folder_reader import FolderReader
+from avs.datasets.published_archives import Archive
 from avs.datasets.reader_registry import readers
 from avs.system.code_inputs import ROOT
 from avs.system.errors import UserError
@@ -42,6 +43,22 @@ def check_data_set(name: str, folder: Path, videos: Path | None, tell: Callable[
     if whole < len(scenes) + len(missing):
         fault = f"{len(scenes) + len(missing) - whole} scenes are missing or damaged"
         raise UserError(folder, fault, "get them as docs/data.md says, or leave them out by `only`")
+
+
+def archives_of(name: str) -> tuple[Archive, ...]:
+    """Return what is published of a data set and may be fetched without being asked for terms.
+
+    Raises:
+        UserError: the name is unknown, or its page has to be visited.
+    """
+    kind = readers()[_told(name)["source"]]
+    archives: tuple[Archive, ...] = getattr(kind, "archives", ())
+    if not archives:
+        fault = "has no archive that may be fetched without accepting terms"
+        where = CONFIGURATIONS / f"{name}.yaml"
+        remedy = f"get it from the page that {where} names" if where.is_file() else "copy your files yourself"
+        raise UserError(f"data set {name}", fault, remedy)
+    return archives
 
 
 def _is_whole(name: str, settings: FolderReader, tell: Callable[[str], None]) -> bool:

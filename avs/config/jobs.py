@@ -11,9 +11,22 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from avs.config.configuration import Config, DataSet, protocol_of, scorer_of, variant_of
+from avs.config.configuration import protocol_of, scorer_of, variant_of
 from avs.config.method_weights import Absent, absent_methods, choosing_elsewhere, scoring_methods, weights_of
-from avs.config.scenes import scenes_in
+from avs.config.paper_tables import FOLDER, published_means, published_scenes, side_by_side, with_memory
+from avs.config.report_jobs import (
+    CoverageTableJob,
+    DrawnJob,
+    FigureJob,
+    RowsJob,
+    SceneTableJob,
+    SensitivityJob,
+    SideBySideJob,
+    SummaryJob,
+    TableJob,
+)
+from avs.config.run_config import Config, DataSet
+from avs.config.scenes import scenes_in, timed_scene
 from avs.config.slam_config import BuildingJob, SlamConfig, SlamFigureJob, exploration_settings, explorers, slam_figure
 from avs.config.studied import studied_methods
 from avs.coverage.coverage_settings import CoverageJob, CoverageSettings, ReferenceJob
@@ -23,7 +36,7 @@ from avs.iqa.no_reference.niqe_settings import FitSettings
 from avs.nvs.common_states_settings import CommonStatesJob, CommonStatesSettings, ScoredMethodSettings
 from avs.nvs.episode_settings import EpisodeSettings
 from avs.nvs.timing_settings import RuntimeSettings, StateSettings, TimingSettings
-from avs.report.published import COVERAGE_NAME, PICTURES, published_name
+from avs.report.published import COVERAGE_NAME, PICTURES, RUNTIME_NAMES
 from avs.representations.needed_points import NeededPoints
 from avs.scene.images import BLACK
 from avs.selection import registry
@@ -47,56 +60,34 @@ class TrainingJob(StrictModel):
     scorer: ScorerSettings = Field(description="the scorer")
 
 
-class FigureJob(StrictModel):
-    """What a figure reads."""
-
-    methods: tuple[str, ...] = Field(description="identifiers of the methods, in order")
-    scenes: dict[str, tuple[str, ...]] = Field(
-        description="names of the scenes whose records it holds, by data set; with other ones it is made anew"
-    )
-    seeds: tuple[int, ...] = Field(description="seeds of those records")
-
-
-class RowsJob(FigureJob):
-    """What a table reads."""
-
-    absent: dict[str, Reason] = Field(description="why a method has no number, by identifier")
-
-
-class SensitivityJob(RowsJob):
-    """What the sensitivity table reads."""
-
-    variants: tuple[str, ...] = Field(description="names of the variants of the settings, in the order of columns")
-
-
-class TableJob(RowsJob):
-    """What the table of a data set reads."""
-
-    published: str | None = Field(description="file of the published values to print beside its own")
-    reference: str | None = Field(description="identifier of the method that the others are compared with")
-    left_out: dict[str, Reason] = Field(description="why something that looks like a scene is none, by its name")
-    pictures: dict[str, Any] = Field(description="settings of the size of images and of the split, empty if not known")
-
-
-class CoverageTableJob(RowsJob):
-    """What the coverage table of a data set reads."""
-
-    published: str | None = Field(description="file of the published values to print beside its own")
-    reference: str | None = Field(description="identifier of the method that the others are compared with")
-    lacking: Reason | None = Field(description="why there is no coverage at all, or null")
-
-
 def _records(config: Config, *datasets: str) -> dict[str, Any]:
     """Return which records a table or figure holds: those of these data sets, or of all that are evaluated."""
-    scenes = {name: tuple(scenes_in(config.datasets[name])) for name in datasets or config.evaluated}
-    return {"methods": config.methods, "scenes": scenes, "seeds": config.seeds}
+    names = datasets or config.evaluated
+    shown = {method for name in names for method in config.methods_on(name)}
+    methods = config.methods_on(*names) if len(names) == 1 else [each for each in config.methods if each in shown]
+    scenes = {name: tuple(scenes_in(config.datasets[name])) for name in names}
+    return {"methods": methods, "scenes": scenes, "seeds": config.seeds}
+
+
+def _rows(config: Config, dataset: str, *, that_choose: bool = False) -> dict[str, Any]:
+    """Return the records of a data set, and why some of its methods have no number.
+
+    Args:
+        config: of the run.
+        dataset: name of the data set.
+        that_choose: whether methods that choose nothing have none, either.
+    """
+    records = _records(config, dataset)
+    absent = (choosing_elsewhere(config) if that_choose else {}) | absent_methods(config)
+    return records | {"absent": {method: why for method, why in absent.items() if method in records["methods"]}}
 
 
 def _scene(config: Config, name: str) -> SceneJob:
     dataset, scene = name.split("/")
     alone = scenes_in(config.datasets[dataset])[scene]
     background = getattr(config.representation, "background", BLACK)
-    settings = alone.model_copy(update={"published": None}).on_background(background)
+    # What tables make of the scene does not change it.
+    settings = alone.model_copy(update={"published": None, "methods": None, "tables": None}).on_background(background)
     return SceneJob(dataset=dataset, scene=settings, points=config.representation.needed_points())
 
 
@@ -124,10 +115,11 @@ def _episode(config: Config, method: str) -> EpisodeSettings:
         own_schedule=any(getattr(protocol, name) != getattr(config.protocol, name) for name in moments),
         representation=config.representation,
         selector=config.selectors.get(method, {}),
+        pictures=config.pictures,
     )
 
 
-def _common_states(config: Config, _: str) -> CommonStatesJob:
+def _common_states(config: Config, dataset: str) -> CommonStatesJob:
     return CommonStatesJob(
         device=config.device,
         protocol=config.protocol,
@@ -135,7 +127,7 @@ def _common_states(config: Config, _: str) -> CommonStatesJob:
         common_states=config.common_states or CommonStatesSettings(),
         methods=tuple(
             ScoredMethodSettings(method=method, selector=config.selectors.get(method, {}))
-            for method in scoring_methods(config)
+            for method in scoring_methods(config, dataset)
         ),
     )
 
@@ -159,44 +151,73 @@ def _runtime(config: Config, method: str) -> TimingSettings:
 
 
 def _runtime_table(config: Config, _: str) -> RowsJob:
-    return RowsJob(**_records(config), absent=choosing_elsewhere(config) | absent_methods(config))
+    dataset, scene = timed_scene(config)
+    return RowsJob(**_rows(config, dataset, that_choose=True) | {"scenes": {dataset: (scene,)}})
 
 
 def _nvs_table(config: Config, dataset: str) -> TableJob:
-    name = published_name(config.datasets[dataset].published or dataset)
-    published = None if name is None else f"results/published/{name}"
-    reference, absent = config.report.reference, absent_methods(config)
     left_out = dict(config.datasets[dataset].left_out())
     reader = config.datasets[dataset]
     pictures = reader.model_dump(include=set(PICTURES)) if isinstance(reader, FolderReader) else {}
     return TableJob(
-        **_records(config, dataset),
-        absent=absent,
-        published=published,
-        reference=reference,
+        **_rows(config, dataset),
+        published=published_means(config, dataset),
+        reference=config.report.reference,
         left_out=left_out,
         pictures=pictures,
     )
 
 
-def _ranking_table(config: Config, _: str) -> RowsJob:
-    return RowsJob(**_records(config), absent=choosing_elsewhere(config) | absent_methods(config))
+def _side_by_side_table(config: Config, _: str) -> SideBySideJob:
+    return SideBySideJob(data_sets={name: _nvs_table(config, name) for name in side_by_side(config)})
+
+
+def _scene_table(config: Config, dataset: str) -> SceneTableJob:
+    return SceneTableJob(**_rows(config, dataset), published=published_scenes(config, dataset))
+
+
+def _runtime_summary(config: Config, summary: str) -> SummaryJob:
+    told = dict(_runtime_table(config, ""))
+    if summary == "memory":
+        told["methods"] = with_memory(config, timed_scene(config)[0])
+    return SummaryJob(**told, published=f"{FOLDER}/{RUNTIME_NAMES[summary]}")
+
+
+def _significance_table(config: Config, dataset: str) -> RowsJob:
+    return RowsJob(**_rows(config, dataset))
+
+
+def _critical_difference(config: Config, dataset: str) -> FigureJob:
+    return FigureJob(**_records(config, dataset))
+
+
+def _ranking_table(config: Config, dataset: str) -> RowsJob:
+    return RowsJob(**_rows(config, dataset, that_choose=True))
 
 
 def _sensitivity_episode(config: Config, name: str) -> EpisodeSettings:
     variant, method = name.split("/")
-    return _episode(variant_of(config, variant), method)
+    return _episode(variant_of(config, variant).model_copy(update={"pictures": None}), method)
 
 
-def _sensitivity_table(config: Config, _: str) -> SensitivityJob:
+def _sensitivity_table(config: Config, dataset: str) -> SensitivityJob:
     variants = () if config.sensitivity is None else tuple(config.sensitivity.variants)
-    return SensitivityJob(
-        **_records(config) | {"methods": studied_methods(config)}, absent=absent_methods(config), variants=variants
-    )
+    return SensitivityJob(**_rows(config, dataset) | {"methods": studied_methods(config, dataset)}, variants=variants)
 
 
 def _figure(config: Config, _: str) -> FigureJob:
     return FigureJob(**_records(config))
+
+
+def _drawn(config: Config, dataset: str) -> DrawnJob:
+    """Return what a figure of one data set reads, or one of all."""
+    records = _records(config, *([dataset] if dataset else []))
+    return DrawnJob(**records, figures=config.report.figures, reference=config.report.reference)
+
+
+def _timed_drawn(config: Config, _: str) -> DrawnJob:
+    """Return what a figure of the scene reads on which selections are timed."""
+    return _drawn(config, timed_scene(config)[0])
 
 
 def _coverage_reference(config: Config, _: str) -> ReferenceJob:
@@ -213,9 +234,8 @@ def _coverage(config: Config, _: str) -> CoverageJob:
 
 def _coverage_table(config: Config, dataset: str) -> CoverageTableJob:
     return CoverageTableJob(
-        **_records(config, dataset),
-        absent=absent_methods(config),
-        published=f"results/published/{COVERAGE_NAME}",
+        **_rows(config, dataset),
+        published=f"{FOLDER}/{COVERAGE_NAME}",
         reference=config.report.reference,
         lacking=coverage_lacking(config),
     )
@@ -260,22 +280,32 @@ JOBS: dict[str, Callable[[Config, str], StrictModel]] = {
     "runtime_state": _runtime_state,
     "runtime": _runtime,
     "runtime_table": _runtime_table,
+    "runtime_summary": _runtime_summary,
     "nvs_table": _nvs_table,
+    "scene_table": _scene_table,
+    "side_by_side_table": _side_by_side_table,
+    "significance_table": _significance_table,
+    "critical_difference": _critical_difference,
     "ranking_table": _ranking_table,
     "sensitivity_episode": _sensitivity_episode,
     "sensitivity_table": _sensitivity_table,
-    "psnr_over_views": _figure,
+    "psnr_over_views": _drawn,
     "coverage_reference": _coverage_reference,
     "coverage": _coverage,
     "coverage_table": _coverage_table,
     "coverage_maps": _figure,
-    "coverage_over_views": _figure,
+    "coverage_over_views": _drawn,
+    "qualitative": _drawn,
+    "selected_cameras": _drawn,
+    "score_maps": _drawn,
+    "teaser": _timed_drawn,
+    "time_and_psnr": _timed_drawn,
     "building": _building,
     "exploration": _exploration,
     "slam_figure": _slam_figure,
 }
 """What makes the settings of a rule's jobs: from the configuration and the name of a method, scene, data set or scorer,
-or those of a variant and a method. Where all jobs of a rule read the same, that name is empty."""
+those of a variant and a method, or which of two tables. Where all jobs of a rule read the same, that name is empty."""
 
 
 def settings_of(config: Config, job: str) -> StrictModel:

@@ -6,8 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from avs.config.configuration import Config, scorer_of
+from avs.config.configuration import scorer_of
+from avs.config.run_config import Config
+from avs.iqa.cross_reference.backbone_weights import absent_weights
 from avs.iqa.cross_reference.published_weights import published_weights
+from avs.iqa.cross_reference.scorer_settings import PUBLISHED
 from avs.selection import registry
 from avs.system import weights
 from avs.system.reasons import Reason
@@ -47,8 +50,12 @@ def weights_of(config: Config, identifier: str) -> Path | Made | Absent | None:
         return None
     method = registry.find(identifier).method
     if method.scorer is not None:
-        published = published_weights(method.scorer, scorer_of(config, method.scorer))
-        return published or Made("scorer_train", method.scorer)
+        scorer = scorer_of(config, method.scorer)
+        published = published_weights(method.scorer, scorer)
+        if published is not None or (reason := absent_weights(scorer)) is None:
+            return published or Made("scorer_train", method.scorer)
+        whole = weights.missing([PUBLISHED[method.scorer]]) if scorer.published and method.scorer in PUBLISHED else None
+        return Absent(whole or reason)  # a scorer that others have trained is better than a backbone
     reason = weights.missing(method.pretrained)
     if reason is None:
         return weights.locate(method.pretrained[0]) if len(method.pretrained) == 1 else None
@@ -78,13 +85,13 @@ def absent_methods(config: Config) -> dict[str, Reason]:
     return {method: reason for method in config.methods if (reason := _why_not(config, method)) is not None}
 
 
-def scoring_methods(config: Config) -> tuple[str, ...]:
-    """Return the methods of the run that score candidates at common states.
+def scoring_methods(config: Config, dataset: str) -> tuple[str, ...]:
+    """Return the methods on a data set that score candidates at common states.
 
     Those of an oracle that measures a truth are that truth itself, which needs no method.
     """
     absent = absent_methods(config) | choosing_elsewhere(config)
-    able = (method for method in config.methods if method not in absent)
+    able = (method for method in config.methods_on(dataset) if method not in absent)
     return tuple(method for method in able if registry.find(method).method.measures is None)
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from avs.config.configuration import Config
+from avs.config.run_config import Config
 from avs.system.models import StrictModel
 
 

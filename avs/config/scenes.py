@@ -6,7 +6,7 @@ import functools
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from avs.config.configuration import Config
+from avs.config.run_config import Config
 from avs.datasets.reader import Reader
 from avs.system.errors import UserError
 
@@ -31,6 +31,9 @@ def scenes_of(config: Config) -> dict[str, Mapping[str, Reader]]:
         UserError: no data set is evaluated; the scenes of one cannot be listed; or a scene that two data
             sets hold is evaluated in one and trains scorers in the other, or the like.
     """
+    if not config.evaluated and config.without_methods:
+        fault = "the run has none of its methods"
+        raise UserError(f"configuration: datasets.{config.without_methods[0]}", fault, "add one of them to methods")
     if not config.evaluated:
         fault = "no data set is evaluated"
         raise UserError("configuration: datasets", fault, "add one, or --config scenes_dir=DIR with your own captures")
@@ -44,6 +47,33 @@ def scenes_of(config: Config) -> dict[str, Mapping[str, Reader]]:
                 fault = f"is the scene {first[1]} of {first[0]}: one is {uses[first[0]]}, the other {uses[dataset]}"
                 raise UserError(f"configuration: {scene} of {dataset}", fault, "leave it out of one of them")
     return listed
+
+
+def timed_scene(config: Config) -> tuple[str, str]:
+    """Return the data set and the scene on which selections are timed.
+
+    Raises:
+        UserError: the scene that is named is not evaluated.
+    """
+    return scene_named(config, None if config.runtime is None else config.runtime.scene, "runtime.scene")
+
+
+def scene_named(config: Config, wanted: str | None, key: str) -> tuple[str, str]:
+    """Return the data set and the name of an evaluated scene.
+
+    Args:
+        config: of the run.
+        wanted: the scene, by its name or as dataset/scene; None for the first of the first data set.
+        key: where the configuration names it.
+
+    Raises:
+        UserError: there is no such scene.
+    """
+    pairs = [(dataset, scene) for dataset in config.evaluated for scene in scenes_in(config.datasets[dataset])]
+    for pair in pairs:
+        if wanted in (None, pair[1], "/".join(pair)):
+            return pair
+    raise UserError(f"configuration: {key}", f"{wanted} is no scene of this run", "name one of them")
 
 
 def _uses(config: Config) -> dict[str, str]:

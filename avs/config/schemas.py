@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from avs.config.configuration import Config
+from avs.config.run_config import Config
 from avs.coverage.coverage_record import Coverage, CoverageMeta, Reference
 from avs.nvs.common_states_record import CommonStates
 from avs.nvs.program import ViewList

@@ -7,13 +7,18 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from avs.config.jobs import CoverageTableJob, RowsJob, TableJob, settings_of
+from avs.config.jobs import settings_of
 from avs.config.method_weights import Made, absent_methods, followed, is_program, weights_of
+from avs.config.paper_tables import published_scenes, side_by_side, with_memory
+from avs.config.report_jobs import CoverageTableJob, RowsJob, SummaryJob, TableJob
 from avs.config.run_plan import RunPlan
 from avs.config.studied import studied_methods
 from avs.nvs.common_states_settings import CommonStatesJob
 from avs.nvs.episode_settings import EpisodeSettings
-from avs.report.incomplete import (
+from avs.report.incomplete_coverage import WantedCoverage, WantedCoverageTable
+from avs.report.report_settings import BASE
+from avs.report.tables.runtime_summary import Summary
+from avs.report.wanted_records import (
     UnfinishedRun,
     WantedEpisode,
     WantedRecord,
@@ -22,8 +27,6 @@ from avs.report.incomplete import (
     WantedTable,
     WantedTimes,
 )
-from avs.report.incomplete_coverage import WantedCoverage, WantedCoverageTable
-from avs.report.report_settings import BASE
 from avs.selection import registry
 from avs.system.ledger import why_stale
 from avs.system.reasons import Reason
@@ -33,13 +36,13 @@ def unfinished(plan: RunPlan) -> UnfinishedRun:
     """Return what the tables of a run are made from, whether it is there or not."""
     config = plan.config
     return UnfinishedRun(
-        methods=config.methods,
         reference=config.report.reference,
         absent=absent_methods(config),
         tables=tuple(_table(plan, dataset) for dataset in config.evaluated),
         times=None if plan.timed is None else _times(plan, *plan.timed),
         sensitivity=tuple(_wanted_sensitivity(plan)),
-        coverage=() if config.coverage is None else tuple(_coverage(plan, dataset) for dataset in config.evaluated),
+        side_by_side=side_by_side(config),
+        coverage=tuple(_coverage(plan, dataset) for dataset in config.with_table("coverage")),
     )
 
 
@@ -48,13 +51,14 @@ def _coverage(plan: RunPlan, dataset: str) -> WantedCoverageTable:
     assert isinstance(settings, CoverageTableJob)
     places = [
         {"dataset": dataset, "scene": scene, "method": method, "seed": str(seed)}
-        for method in plan.config.methods
+        for method in settings.methods
         if method not in settings.absent
         for scene in plan.scenes[dataset]
         for seed in plan.config.seeds
     ]
     return WantedCoverageTable(
         dataset=dataset,
+        methods=settings.methods,
         records=tuple(
             WantedCoverage(
                 method=place["method"],
@@ -74,10 +78,11 @@ def _coverage(plan: RunPlan, dataset: str) -> WantedCoverageTable:
 
 def _wanted_sensitivity(plan: RunPlan) -> Iterator[WantedSensitivity]:
     """Yield the sensitivity tables that the run makes with the others, and those that have been begun."""
-    told, methods, absent = plan.config.sensitivity, studied_methods(plan.config), absent_methods(plan.config)
+    told, absent = plan.config.sensitivity, absent_methods(plan.config)
     if told is None:
         return
     for dataset, scenes in plan.studied.items():
+        methods = studied_methods(plan.config, dataset)
         settings = {
             name: tuple(
                 _studied_episode(plan, name, method, dataset, scene, seed)
@@ -123,9 +128,10 @@ def _table(plan: RunPlan, dataset: str) -> WantedTable:
     assert isinstance(settings, TableJob)
     return WantedTable(
         dataset=dataset,
+        methods=settings.methods,
         episodes=tuple(
             _episode(plan, method, dataset, scene, seed)
-            for method in plan.config.methods
+            for method in settings.methods
             if method not in settings.absent
             for scene in plan.scenes[dataset]
             for seed in plan.config.seeds
@@ -133,19 +139,20 @@ def _table(plan: RunPlan, dataset: str) -> WantedTable:
         published=None if settings.published is None else Path(settings.published),
         left_out=settings.left_out,
         pictures=settings.pictures,
-        states=() if plan.config.common_states is None else tuple(_states(plan, dataset)),
-        unscored=_unscored(plan),
+        published_scenes=tuple(map(Path, published_scenes(plan.config, dataset))),
+        states=tuple(_states(plan, dataset)) if dataset in plan.config.with_table("ranking") else (),
+        unscored=_unscored(plan, dataset),
     )
 
 
-def _unscored(plan: RunPlan) -> dict[str, Reason]:
-    settings = settings_of(plan.config, "ranking_table")
+def _unscored(plan: RunPlan, dataset: str) -> dict[str, Reason]:
+    settings = settings_of(plan.config, f"ranking_table/{dataset}")
     assert isinstance(settings, RowsJob)
     return settings.absent
 
 
 def _states(plan: RunPlan, dataset: str) -> Iterator[WantedStates]:
-    settings = settings_of(plan.config, "common_states")
+    settings = settings_of(plan.config, f"common_states/{dataset}")
     assert isinstance(settings, CommonStatesJob)
     told = settings.model_dump(mode="json", include={"protocol", "representation", "common_states"})
     for scene in plan.scenes[dataset]:
@@ -192,11 +199,12 @@ def _times(plan: RunPlan, dataset: str, scene: str) -> WantedTimes:
     assert isinstance(settings, RowsJob)
     places = [
         {"method": method, "dataset": dataset, "scene": scene}
-        for method in plan.config.methods
+        for method in settings.methods
         if method not in settings.absent
     ]
     return WantedTimes(
         dataset=dataset,
+        methods=settings.methods,
         scene=scene,
         records=tuple(
             WantedRecord(
@@ -211,7 +219,18 @@ def _times(plan: RunPlan, dataset: str, scene: str) -> WantedTimes:
         ),
         absent=settings.absent,
         published=tuple(map(Path, plan.published_times)),
+        summaries=_summaries(plan, dataset),
     )
+
+
+def _summaries(plan: RunPlan, dataset: str) -> dict[Summary, tuple[tuple[str, ...], Path]]:
+    names: tuple[Summary, ...] = ("memory", "detail") if with_memory(plan.config, dataset) else ("detail",)
+    found: dict[Summary, tuple[tuple[str, ...], Path]] = {}
+    for name in names:
+        settings = settings_of(plan.config, f"runtime_summary/{name}")
+        assert isinstance(settings, SummaryJob)
+        found[name] = (settings.methods, Path(settings.published))
+    return found
 
 
 def _logs(plan: RunPlan, own: list[str], place: dict[str, str]) -> tuple[Path, ...]:

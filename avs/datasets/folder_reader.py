@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from pathlib import Path
-from typing import Self
+from typing import ClassVar, Self
 
 from pydantic import Field
 
@@ -12,6 +12,7 @@ from avs.datasets.capture_folders import FoundCaptures, Layout, find_captures
 from avs.datasets.capture_pictures import plan_pictures
 from avs.datasets.capture_settings import CaptureSettings
 from avs.datasets.posed_scene import PosedPictures, write_posed
+from avs.datasets.published_archives import Archive
 from avs.datasets.reader import Reader
 from avs.scene.colmap.conversion import sorted_images
 from avs.scene.pixel_forms import Color
@@ -21,6 +22,9 @@ from avs.system.reasons import Reason
 
 class FolderReader(Reader, CaptureSettings):
     """Scenes in a folder of the user's, each in a folder of its own. A subclass says how such a folder looks."""
+
+    archives: ClassVar[tuple[Archive, ...]] = ()
+    """What is published of it and may be fetched without being asked for terms, by ``avs data get``."""
 
     folder: str | None = Field(description="folder of the scenes' folders, or that of one scene")
     only: tuple[str, ...] | None = Field(

@@ -15,6 +15,7 @@ from avs.datasets.capture_pictures import is_image
 from avs.datasets.captures import posed_capture
 from avs.datasets.folder_reader import PictureFolderReader
 from avs.datasets.posed_scene import PosedPictures
+from avs.datasets.published_archives import Archive
 from avs.scene.images import read_header
 from avs.system.errors import UserError
 
@@ -23,6 +24,11 @@ SCENES = ("bicycle", "bonsai", "counter", "flowers", "garden", "kitchen", "room"
 
 class MipNerf360(PictureFolderReader):
     """The captures of Mip-NeRF360 in a folder of the user's."""
+
+    archives = tuple(
+        Archive(f"https://storage.googleapis.com/gresearch/refraw360/{name}.zip")
+        for name in ("360_v2", "360_extra_scenes")
+    )
 
     source: Literal["mipnerf360"] = Field(default="mipnerf360", description="Mip-NeRF360")
     folder: str = Field(description="folder of the scenes' folders")

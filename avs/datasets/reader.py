@@ -9,13 +9,16 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field
 
 from avs.scene.pixel_forms import Color
-from avs.system.models import StrictModel
+from avs.system.models import Different, StrictModel
 from avs.system.reasons import Reason
+
+FurtherTable = Literal["ranking", "coverage", "sensitivity"]
+"""The tables beside that of view synthesis for which a data set costs jobs of its own."""
 
 
 class Reader(StrictModel):
@@ -26,6 +29,16 @@ class Reader(StrictModel):
         default=None,
         description="the paper's data set whose values stand beside this one's in tables, such as mipnerf360; null for "
         "the one of the same name, if there is one",
+    )
+    methods: Annotated[tuple[str, ...], Different] | None = Field(
+        default=None,
+        min_length=1,
+        description="methods in the order of the rows of this data set; those that the run leaves out are left out "
+        "here, too; null for those of the run",
+    )
+    tables: Annotated[tuple[FurtherTable, ...], Different] | None = Field(
+        default=None,
+        description="tables of this data set beside that of view synthesis, as far as the run makes them; null for all",
     )
 
     @abstractmethod

@@ -22,6 +22,7 @@ from avs.datasets.folder_reader import FolderReader
 from avs.datasets.found_points import triangulated_points
 from avs.datasets.number_lines import numbers_of, text_lines
 from avs.datasets.posed_scene import PosedPictures, write_posed
+from avs.datasets.published_archives import Archive
 from avs.datasets.transforms_file import posed_image
 from avs.datasets.video_frames import MICROSECONDS, frames_at
 from avs.scene.cameras import FloatArray
@@ -56,6 +57,9 @@ class PosedFrames:
 
 class RealEstate10K(FolderReader):
     """Scenes of RealEstate10K in a folder of the user's."""
+
+    # the address that the page shows leads to a sign-in; this one does not
+    archives = (Archive("https://storage.googleapis.com/realestate10k-public-files/RealEstate10K.tar.gz"),)
 
     source: Literal["realestate10k"] = Field(default="realestate10k", description="RealEstate10K")
     folder: str = Field(description="folder of the texts, or of train/ and test/ with them")

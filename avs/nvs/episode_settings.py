@@ -6,6 +6,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
+from avs.nvs.picture_settings import PictureSettings
 from avs.nvs.protocol import ProtocolSettings
 from avs.representations.kinds import AnyRepresentationSettings
 from avs.system.models import StrictModel
@@ -23,3 +24,4 @@ class EpisodeSettings(StrictModel):
     )
     representation: AnyRepresentationSettings = Field(description="the reconstruction")
     selector: dict[str, Any] = Field(description="settings of the method")
+    pictures: PictureSettings | None = Field(default=None, description="pictures to keep, or null for none")

@@ -6,11 +6,10 @@ import dataclasses
 from pathlib import Path
 from typing import Literal
 
-from pydantic import BaseModel
-
 from avs.nvs.episode_settings import EpisodeSettings
 from avs.nvs.evaluation import Evaluator
-from avs.nvs.loop import Identity, Plan, Progress, run
+from avs.nvs.loop import Identity, Outcome, Plan, Progress, run
+from avs.nvs.pictures import write_pictures
 from avs.nvs.program import ListedViews, read_views
 from avs.nvs.protocol import ProtocolSettings
 from avs.nvs.record import Episode
@@ -38,7 +37,7 @@ def run_episode(
     views: Path | None = None,
     followed: Path | None = None,
 ) -> None:
-    """Run one episode and write ``episode.json``, ``episode.meta.json`` and the model to the folder ``out``.
+    """Run one episode; write its two records, the model and the pictures that it keeps to the folder ``out``.
 
     Args:
         scene_folder: a scene, as ``avs.scene.scene`` writes it.
@@ -83,8 +82,9 @@ def run_episode(
         evaluate=Evaluator(scene, settings.protocol.lpips, settings.device),
         progress=lambda line: progress(f"{scene.name}, {method.label}, seed {seed}: {line}"),
         device=settings.device,
+        pictures=settings.pictures,
     )
-    _write(out, *run(plan))
+    _write(out, run(plan))
 
 
 def replay_episode(
@@ -121,7 +121,7 @@ def replay_episode(
         progress=lambda line: progress(f"{scene.name}, replay: {line}"),
         device=device,
     )
-    _write(out, *run(plan))
+    _write(out, run(plan))
 
 
 def _following(method: str, other: str, scene: Scene, seed: int, episode: Path | None) -> ListedViews:
@@ -192,8 +192,9 @@ def _prepared(build: Builder, recorded: Episode, device: str) -> Builder:
     return make
 
 
-def _write(out: Path, record: Episode, meta: BaseModel, representation: Representation) -> None:
-    """Write the reconstruction and both records; ``episode.json`` comes last, so that it vouches for the others."""
-    representation.export(out)
-    write_record(out / "episode.meta.json", meta)
-    write_record(out / "episode.json", record)
+def _write(out: Path, outcome: Outcome) -> None:
+    """Write what an episode leaves; ``episode.json`` comes last, so that it vouches for the others."""
+    outcome.representation.export(out)
+    write_pictures(out, outcome.pictures)
+    write_record(out / "episode.meta.json", outcome.meta)
+    write_record(out / "episode.json", outcome.record)

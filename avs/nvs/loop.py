@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from avs.nvs.evaluation import Evaluator
+from avs.nvs.picture_settings import PictureSettings
+from avs.nvs.pictures import archive, chosen_files, final_files, final_rows, kept_pictures
 from avs.nvs.protocol import ProtocolSettings
-from avs.nvs.record import CurvePoint, Episode, EpisodeMeta, Step, StepTimes
+from avs.nvs.record import CurvePoint, Episode, EpisodeMeta, KeptPictures, Step, StepTimes
 from avs.nvs.schedule import capped_budget, initial_captures
 from avs.representations.base import Representation
 from avs.scene.scene import Scene
@@ -49,6 +52,7 @@ class Plan:
         evaluate: computes the test metrics.
         progress: receives one line about each step.
         device: ``cpu`` or ``cuda``, for the clock.
+        pictures: which pictures to keep, or None for none.
     """
 
     scene: Scene
@@ -60,10 +64,27 @@ class Plan:
     evaluate: Evaluator
     progress: Progress
     device: str = "cpu"
+    pictures: PictureSettings | None = None
 
 
-def run(plan: Plan) -> tuple[Episode, EpisodeMeta, Representation]:
-    """Run one episode and return its two records and the final reconstruction.
+class Outcome(NamedTuple):
+    """What an episode leaves.
+
+    Attributes:
+        record: what is the same whenever it is run.
+        meta: what differs from run to run.
+        representation: the final reconstruction.
+        pictures: the archive of kept pictures; an empty one where none are kept.
+    """
+
+    record: Episode
+    meta: EpisodeMeta
+    representation: Representation
+    pictures: bytes
+
+
+def run(plan: Plan) -> Outcome:
+    """Run one episode and return its two records, the final reconstruction and the pictures that are kept.
 
     The initial views are chosen by farthest-view sampling. At each iteration of ``protocol.additions`` the test metrics
     are measured and the method's views are captured, until the budget is reached; then the optimisation goes on to its
@@ -89,7 +110,8 @@ def run(plan: Plan) -> tuple[Episode, EpisodeMeta, Representation]:
         started=started,
         finished=provenance.now(),
     )
-    return loop.record(), meta, loop.session.representation
+    pictures = archive(loop.pictures)
+    return Outcome(loop.record(pictures), meta, loop.session.representation, pictures)
 
 
 @dataclass
@@ -102,6 +124,7 @@ class _Loop:
     times: list[StepTimes] = field(default_factory=list)
     curve: list[CurvePoint] = field(default_factory=list)
     waiting: list[int] = field(default_factory=list)
+    pictures: dict[str, bytes] = field(default_factory=dict)
     fit_seconds: float = 0.0
 
     def __post_init__(self) -> None:
@@ -131,6 +154,9 @@ class _Loop:
                 self.session.restart()
         self.session.fit_until(protocol.iterations)
         self.measure()
+        if self.plan.pictures is not None:
+            cameras = self.plan.scene.cameras[self.plan.scene.test]
+            self.pictures |= final_files(self.session.representation, cameras, self.plan.pictures)
         if self.plan.evaluate.empty:
             told = "every rendering of the test cameras is of one colour, so that its metrics are those of nothing"
             self.notes.append(f"{self.plan.scene.name}: {told}")
@@ -177,6 +203,9 @@ class _Loop:
         )
         self.fit_seconds = 0.0
         self.waiting = session.candidates[timed.selection.indices].tolist()
+        if plan.pictures is not None and plan.pictures.choices:
+            rows, photographs = timed.selection.indices.tolist(), session.photographs(self.waiting)
+            self.pictures |= chosen_files(state, rows, photographs, plan.selector, step, plan.pictures)
         self.report(timed.total_seconds)
 
     def capture(self) -> None:
@@ -199,8 +228,8 @@ class _Loop:
         step, chosen = len(self.steps), ", ".join(self.steps[-1].chosen)
         self.plan.progress(f"step {step} of {steps}, view {chosen}, PSNR {self.psnr:.2f} dB, {seconds:.2f} s")
 
-    def record(self) -> Episode:
-        """Return the deterministic record of the finished episode."""
+    def record(self, pictures: bytes) -> Episode:
+        """Return the deterministic record of the finished episode, which kept these pictures."""
         scene, identity, method = self.plan.scene, self.plan.identity, self.plan.method
         names = list(self.session.views.names)
         initial = self.plan.protocol.initial_views
@@ -225,4 +254,12 @@ class _Loop:
             absent=self.plan.evaluate.absent,
             steps=self.steps,
             curve=self.curve,
+            pictures=self.kept(pictures),
         )
+
+    def kept(self, pictures: bytes) -> KeptPictures | None:
+        """Return what the record says of the archive of pictures."""
+        scene, settings = self.plan.scene, self.plan.pictures
+        if settings is None:
+            return None
+        return kept_pictures(pictures, [scene.names[scene.test[row]] for row in final_rows(len(scene.test), settings)])

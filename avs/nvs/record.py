@@ -51,6 +51,13 @@ class Step(StrictModel):
     )
 
 
+class KeptPictures(StrictModel):
+    """What lies in ``pictures.zip`` beside the record (``avs.nvs.pictures``)."""
+
+    sha256: str = Field(description="SHA-256 of the archive")
+    test: list[str] = Field(description="test images whose final renderings it holds, in order")
+
+
 class Episode(StrictModel):
     """``episode.json``: one run of one method on one scene with one seed."""
 
@@ -77,6 +84,7 @@ class Episode(StrictModel):
     absent: dict[str, str] = Field(description="metrics that could not be computed, with the reason")
     steps: list[Step]
     curve: list[CurvePoint] = Field(description="before each selection and at the end")
+    pictures: KeptPictures | None = Field(default=None, description="the pictures that were kept, or null for none")
 
 
 class StepTimes(StrictModel):

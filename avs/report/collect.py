@@ -29,12 +29,14 @@ class Episodes:
         missing: why an episode that the run asks for is not there, by method, then by scene and seed; empty where the
             run is complete or nothing is known of it.
         records: the files that the episodes were read from.
+        places: the same files by method, scene and seed.
     """
 
     dataset: str
     cells: dict[str, dict[Cell, Episode]]
     missing: Mapping[str, Mapping[Cell, str]] = field(default_factory=dict)
     records: Sequence[Path] = ()
+    places: Mapping[tuple[str, str, int], Path] = field(default_factory=dict)
 
     @property
     def scenes(self) -> list[str]:
@@ -92,8 +94,11 @@ def read_episodes(paths: Sequence[Path], methods: Sequence[str]) -> list[Episode
         datasets.setdefault(episode.dataset, {}).setdefault(episode.method, {})[episode.scene, episode.seed] = episode
     for (dataset, method, scene, seed), path in places.items():
         _check_comparable(path, datasets[dataset][method][scene, seed], datasets[dataset])
-    records = {name: [path for (dataset, *_), path in places.items() if dataset == name] for name in datasets}
-    return [Episodes(name, _ordered(datasets[name], methods), records=records[name]) for name in sorted(datasets)]
+    files = {name: {key[1:]: path for key, path in places.items() if key[0] == name} for name in datasets}
+    return [
+        Episodes(name, _ordered(datasets[name], methods), records=list(files[name].values()), places=files[name])
+        for name in sorted(datasets)
+    ]
 
 
 def read_dataset(paths: Sequence[Path], methods: Sequence[str], dataset: str) -> Episodes:

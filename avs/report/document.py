@@ -16,11 +16,13 @@ class Column:
         metric: its name, direction, decimals and unit.
         published: heading of the paper's values, which then stand beside each cell, or None.
         difference: whether the difference to the paper's value stands there, too.
+        over: heading above it and its neighbours that have the same, such as a data set; or None.
     """
 
     metric: Metric
     published: str | None = None
     difference: bool = False
+    over: str | None = None
 
 
 @dataclass(frozen=True)
@@ -33,6 +35,7 @@ class Cell:
         rank: 1, 2 or 3 for the best three values of the column, or None.
         published: the paper's value with its digits, or None.
         cause: words that stand in place of a missing number, or None for a dash.
+        text: a number that is printed with the digits it has here, in place of the value; or None.
     """
 
     value: float | None = None
@@ -40,6 +43,7 @@ class Cell:
     rank: int | None = None
     published: str | None = None
     cause: str | None = None
+    text: str | None = None
 
     @property
     def difference(self) -> float | None:
@@ -49,7 +53,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class Row:
-    """One method.
+    """One method, or what else a table has in its rows.
 
     Attributes:
         label: its printed name.
@@ -64,10 +68,17 @@ class Row:
 
 @dataclass(frozen=True)
 class Group:
-    """Rows under one heading."""
+    """Rows under one heading.
+
+    Attributes:
+        name: the heading.
+        rows: its rows.
+        metric: what all numbers of its rows are, where columns are not metrics; it is part of the heading then.
+    """
 
     name: str
     rows: tuple[Row, ...]
+    metric: Metric | None = None
 
 
 @dataclass(frozen=True)
@@ -117,6 +128,7 @@ class Document:
         listing: the same numbers with more digits, for a csv file.
         comparison: the second section, or None.
         appendices: further csv files, by what is appended to the name of the table, such as ``_per_scene``.
+        rows_are: heading of the labels of rows.
     """
 
     label: str
@@ -127,3 +139,4 @@ class Document:
     listing: Listing
     comparison: Comparison | None = None
     appendices: Mapping[str, Listing] = field(default_factory=dict)
+    rows_are: str = "Method"

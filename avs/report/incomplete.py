@@ -5,9 +5,9 @@ from __future__ import annotations
 import contextlib
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from avs.nvs.common_states_record import CommonStates
 from avs.nvs.record import Episode
@@ -17,13 +17,26 @@ from avs.report.collect_states import read_states
 from avs.report.document import Document
 from avs.report.formats.markdown import document_markdown
 from avs.report.formats.writing import write_document
-from avs.report.incomplete_coverage import WantedCoverageTable, incomplete_coverage
+from avs.report.incomplete_coverage import incomplete_coverage
 from avs.report.report_settings import BASE
+from avs.report.tables.data_sets_side_by_side import ShownDataSet, side_by_side
+from avs.report.tables.method_significance import method_significance
+from avs.report.tables.runtime_summary import runtime_summary
+from avs.report.tables.scene_by_scene import scene_by_scene
 from avs.report.tables.score_ranking import score_ranking
 from avs.report.tables.selection_times import selection_times
 from avs.report.tables.selection_times_numbers import read_runtimes
 from avs.report.tables.setting_sensitivity import setting_sensitivity
 from avs.report.tables.view_synthesis import view_synthesis
+from avs.report.wanted_records import (
+    UnfinishedRun,
+    WantedEpisode,
+    WantedRecord,
+    WantedSensitivity,
+    WantedStates,
+    WantedTable,
+    WantedTimes,
+)
 from avs.scene.scene import SceneFile
 from avs.system.errors import UserError
 from avs.system.job_logs import why_missing
@@ -34,131 +47,6 @@ _NVS, _COVERAGE = "nvs_", "coverage_"  # begin the names of the tables that a ru
 
 _Value = TypeVar("_Value")
 _Record = TypeVar("_Record", Episode, CommonStates, Runtime)
-
-
-@dataclass(frozen=True)
-class WantedRecord:
-    """A record that a run asks for.
-
-    Attributes:
-        method: identifier.
-        path: where it is written.
-        scene: ``scene.json`` of its scene; a record of another version of the scene does not count.
-        logs: of its job, then of the jobs that it waits for.
-        stale: why the record does not count though it is there, such as a change of code, or None.
-    """
-
-    method: str
-    path: Path
-    scene: Path
-    logs: tuple[Path, ...]
-    stale: str | None = field(default=None, kw_only=True)
-
-
-@dataclass(frozen=True)
-class WantedEpisode(WantedRecord):
-    """An episode that a run asks for.
-
-    Attributes:
-        cell: its scene and seed.
-        settings: fields of its record, such as the protocol, that must have these values; a record of another
-            configuration does not count.
-    """
-
-    cell: Cell
-    settings: Mapping[str, Any]
-
-
-@dataclass(frozen=True)
-class WantedStates:
-    """The record of the common states of one scene and seed; see ``WantedEpisode``."""
-
-    path: Path
-    scene: Path
-    logs: tuple[Path, ...]
-    cell: Cell
-    settings: Mapping[str, Any]
-    stale: str | None = None
-
-
-@dataclass(frozen=True)
-class WantedTable:
-    """The view synthesis and the ranking table of one data set.
-
-    Attributes:
-        dataset: its name.
-        episodes: what the first is made from.
-        published: file of the paper's values, or None.
-        states: what the second is made from; none if the run leaves it out.
-        unscored: why a method has no scores in it, by identifier.
-        left_out: why something that looks like a scene is none, by its name.
-        pictures: settings of the size of images and of the split, as far as they are known.
-    """
-
-    dataset: str
-    episodes: tuple[WantedEpisode, ...]
-    published: Path | None
-    states: tuple[WantedStates, ...] = ()
-    unscored: Mapping[str, Reason] = field(default_factory=dict)
-    left_out: Mapping[str, Reason] = field(default_factory=dict)
-    pictures: Mapping[str, Any] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class WantedSensitivity:
-    """The sensitivity table of one data set.
-
-    Attributes:
-        dataset: its name.
-        methods: identifiers of the rows, in order.
-        settings: the episodes under each of the settings, by its name; the run's own come first, as ``BASE``.
-    """
-
-    dataset: str
-    methods: tuple[str, ...]
-    settings: Mapping[str, tuple[WantedEpisode, ...]]
-
-
-@dataclass(frozen=True)
-class WantedTimes:
-    """The table of selection times.
-
-    Attributes:
-        dataset: the data set of the scene.
-        scene: the scene on which methods are timed.
-        records: one for each method that is timed.
-        absent: why another is not, by identifier.
-        published: files of the paper's times.
-    """
-
-    dataset: str
-    scene: str
-    records: tuple[WantedRecord, ...]
-    absent: Mapping[str, Reason]
-    published: tuple[Path, ...]
-
-
-@dataclass(frozen=True)
-class UnfinishedRun:
-    """All that the tables of a run are made from.
-
-    Attributes:
-        methods: identifiers of the rows, in order.
-        reference: the method that the others are compared with, or None.
-        absent: why a method could not run, by identifier.
-        tables: for each data set.
-        times: the selection times, or None if the run leaves them out.
-        sensitivity: the sensitivity table of each data set; none if the run leaves them out.
-        coverage: the coverage table of each data set; none if the run leaves them out.
-    """
-
-    methods: tuple[str, ...]
-    reference: str | None
-    absent: Mapping[str, Reason]
-    tables: tuple[WantedTable, ...]
-    times: WantedTimes | None
-    sensitivity: tuple[WantedSensitivity, ...] = ()
-    coverage: tuple[WantedCoverageTable, ...] = ()
 
 
 def write_incomplete_tables(run: UnfinishedRun, out: Path) -> tuple[list[str], list[str]]:
@@ -184,36 +72,51 @@ def incomplete_documents(run: UnfinishedRun) -> tuple[dict[str, Document], list[
     collected: dict[str, Episodes] = {}
     for table in run.tables:
         with _left_out_into(lines):
-            episodes = existing_episodes(table, run.methods)
+            episodes = existing_episodes(table)
             beside = (table.published, run.absent, run.reference, table.left_out, table.pictures)
-            documents[f"{_NVS}{table.dataset}"] = view_synthesis(episodes, run.methods, *beside)
+            documents[f"{_NVS}{table.dataset}"] = view_synthesis(episodes, table.methods, *beside)
+            documents[f"scenes_{table.dataset}"] = scene_by_scene(
+                episodes, table.methods, table.published_scenes, run.absent
+            )
+            documents[f"significance_{table.dataset}"] = method_significance(episodes, table.methods, run.absent)
             collected[table.dataset] = episodes
         if table.states:
             with _left_out_into(lines):
-                documents[f"ranking_{table.dataset}"] = _ranking(table, run.methods)
+                documents[f"ranking_{table.dataset}"] = _ranking(table)
     if run.times is not None:
         with _left_out_into(lines):
             episodes = collected.get(run.times.dataset, Episodes(run.times.dataset, {}))
-            documents["runtime"] = _selection_times(run.times, episodes, run.methods)
+            documents |= _selection_times(run.times, episodes)
+    with _left_out_into(lines):
+        if run.side_by_side and all(name in collected for name in run.side_by_side):
+            documents["re10k_mfr"] = side_by_side(_shown(run, collected), "re10k_mfr")
     for each in run.sensitivity:
         with _left_out_into(lines):
             documents[f"sensitivity_{each.dataset}"] = _sensitivity(each, run.absent)
     for wanted in run.coverage:
         with _left_out_into(lines):
             if wanted.dataset in collected:
-                arguments = (run.methods, run.absent, run.reference)
                 name = f"{_COVERAGE}{wanted.dataset}"
-                documents[name] = incomplete_coverage(wanted, collected[wanted.dataset], *arguments)
+                documents[name] = incomplete_coverage(wanted, collected[wanted.dataset], run.absent, run.reference)
     return documents, lines
 
 
-def existing_episodes(table: WantedTable, methods: Sequence[str]) -> Episodes:
+def _shown(run: UnfinishedRun, collected: Mapping[str, Episodes]) -> list[ShownDataSet]:
+    """Return the data sets that one table has side by side."""
+    tables = {table.dataset: table for table in run.tables}
+    return [
+        ShownDataSet(collected[name], tables[name].methods, run.absent, tables[name].published, tables[name].pictures)
+        for name in run.side_by_side
+    ]
+
+
+def existing_episodes(table: WantedTable) -> Episodes:
     """Read the episodes of a data set that are there, with the reason for each that is not.
 
     Raises:
         UserError: there is none, or they cannot be compared with one another.
     """
-    episodes = _existing(table.episodes, table.dataset, methods)
+    episodes = _existing(table.episodes, table.dataset, table.methods)
     if not episodes.cells:
         reasons = dict.fromkeys(why for cells in episodes.missing.values() for why in cells.values())
         raise UserError(f"tables of {table.dataset}", "no episode yet", "; ".join(reasons))
@@ -240,13 +143,13 @@ def _sensitivity(wanted: WantedSensitivity, absent: Mapping[str, Reason]) -> Doc
     return setting_sensitivity(found.pop(BASE), found, wanted.methods, absent)
 
 
-def _ranking(table: WantedTable, methods: Sequence[str]) -> Document:
+def _ranking(table: WantedTable) -> Document:
     reasons = {wanted.cell: _why_not(wanted, CommonStates) for wanted in table.states}
     missing = {cell: why for cell, why in reasons.items() if why is not None}
     paths = [wanted.path for wanted in table.states if wanted.cell not in missing]
     if not paths:
         raise UserError(f"ranking of {table.dataset}", "no record yet", "; ".join(dict.fromkeys(missing.values())))
-    return score_ranking(replace(read_states(paths, table.dataset), missing=missing), methods, table.unscored)
+    return score_ranking(replace(read_states(paths, table.dataset), missing=missing), table.methods, table.unscored)
 
 
 def _why_not(wanted: WantedEpisode | WantedStates, kind: type[_Record]) -> str | None:
@@ -258,7 +161,7 @@ def _why_not(wanted: WantedEpisode | WantedStates, kind: type[_Record]) -> str |
     return f"it was run with another {differing[0]}" if differing else None
 
 
-def _selection_times(wanted: WantedTimes, episodes: Episodes, methods: Sequence[str]) -> Document:
+def _selection_times(wanted: WantedTimes, episodes: Episodes) -> dict[str, Document]:
     found = {each.method: _read(each, Runtime) for each in wanted.records}
     untimed = {method: Reason(cause="not timed", remedy=why) for method, why in found.items() if isinstance(why, str)}
     paths = [each.path for each in wanted.records if each.method not in untimed]
@@ -271,7 +174,12 @@ def _selection_times(wanted: WantedTimes, episodes: Episodes, methods: Sequence[
         {method: _of_scene(cells, wanted.scene) for method, cells in episodes.missing.items()},
     )
     absent = {**wanted.absent, **untimed}
-    return selection_times(read_runtimes(paths), alone, methods, absent, wanted.published, untimed=len(untimed))
+    timed = read_runtimes(paths)
+    gaps = len(untimed)
+    documents = {"runtime": selection_times(timed, alone, wanted.methods, absent, wanted.published, untimed=gaps)}
+    for summary, (methods, published) in wanted.summaries.items():
+        documents[f"runtime_{summary}"] = runtime_summary(summary, timed, alone, methods, absent, published, gaps)
+    return documents
 
 
 def _of_scene(cells: Mapping[Cell, _Value], scene: str) -> dict[Cell, _Value]:

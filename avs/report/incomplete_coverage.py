@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -44,6 +44,7 @@ class WantedCoverageTable:
 
     Attributes:
         dataset: its name.
+        methods: identifiers of the rows, in order.
         records: what it is made from.
         settings: with which a record is measured; one of others does not count.
         published: file of the paper's values, or None.
@@ -51,6 +52,7 @@ class WantedCoverageTable:
     """
 
     dataset: str
+    methods: tuple[str, ...]
     records: tuple[WantedCoverage, ...]
     settings: Mapping[str, Any]
     published: Path | None
@@ -60,7 +62,6 @@ class WantedCoverageTable:
 def incomplete_coverage(
     wanted: WantedCoverageTable,
     episodes: Episodes,
-    methods: Sequence[str],
     absent: Mapping[str, Reason],
     reference: str | None,
 ) -> Document:
@@ -69,7 +70,6 @@ def incomplete_coverage(
     Args:
         wanted: what the table is made from.
         episodes: of the data set, as far as they are there.
-        methods: identifiers of the rows, in order.
         absent: why a method could not run, by identifier.
         reference: identifier of the method that the others are compared with, or None.
 
@@ -90,7 +90,7 @@ def incomplete_coverage(
         raise UserError(f"coverage of {wanted.dataset}", "no record yet", "; ".join(told) or "go on with the run")
     coverages = read_coverages(paths, episodes, wanted.lacking)
     there = episodes if wanted.lacking is not None else with_coverage(episodes, coverages, reasons)
-    return scene_coverage(there, coverages, methods, wanted.published, absent, reference)
+    return scene_coverage(there, coverages, wanted.methods, wanted.published, absent, reference)
 
 
 def _why_not(wanted: WantedCoverage, episode: Episode, settings: Mapping[str, Any]) -> str | None:

@@ -37,6 +37,9 @@ SCENES = {
 COVERAGE_NAME = "coverage_realestate10k.csv"
 """The file of the paper's coverage, which it prints of one data set alone."""
 
+MEAN = "mean"
+"""What its files call the mean over the scenes of a data set."""
+
 _BUDGET = 20
 
 # What the paper says of its loop, and the iterations that FisherRF adds views at, which it follows.
@@ -48,10 +51,20 @@ _PROTOCOL = {
     "additions": [400, 900, 1500, 2200, 3000, 3900, 4900, 6000, 7200, 8500, 9900, 11400, 13000, 14700, 16500, 18400],
 }
 
-_PICTURES = {"test_every": 8, "long_side": 1600, "short_side": None}  # 1066 x 1600 pixels; LLFF's test images
+# 1066 x 1600 pixels; LLFF's test images; a reader that refuses the authors' smaller copies.
+_PICTURES = {"source": "mipnerf360", "test_every": 8, "long_side": 1600, "short_side": None}
 
 PICTURES = frozenset(_PICTURES)
-"""The settings of captures on which it depends whether the paper's values can be subtracted."""
+"""The settings of a data set on which it depends whether the paper's values can be subtracted."""
+
+RUNTIME_NAMES = {"memory": "runtime_garden.csv", "detail": "runtime_garden_detail.csv"}
+"""The files of the paper's two tables of selection times."""
+
+MEMORY_METHODS = ("fisherrf", "ours-dinov2", "ours-repvit")
+"""The methods whose memory the paper has."""
+
+PER_SCENE_NAMES = {"mipnerf360": "nvs_mipnerf360_per_scene.csv"}
+"""The files of values of single scenes, by data set of the paper."""
 
 _COLUMNS = ["table", "dataset", "scene", "method", "metric", "value"]
 
@@ -60,6 +73,18 @@ def published_name(dataset: str) -> str | None:
     """Return the name of the file in ``results/published`` to print beside ``dataset``, or None if there is none."""
     source = STAND_INS.get(dataset, dataset)
     return f"nvs_{source}.csv" if source in PRINTED_NAMES else None
+
+
+def called(dataset: str) -> str:
+    """Return how a caption calls a data set: a stand-in is called the twin of what it stands for."""
+    if dataset not in STAND_INS:
+        return dataset
+    return f"{dataset}, an embedded twin of {PRINTED_NAMES[STAND_INS[dataset]]}"
+
+
+def headed(dataset: str) -> str:
+    """Return the same in the few words of a heading."""
+    return f"{dataset} (twin of {PRINTED_NAMES[STAND_INS[dataset]]})" if dataset in STAND_INS else dataset
 
 
 @dataclass(frozen=True)
@@ -75,7 +100,7 @@ class Published:
     values: dict[tuple[str, str], str]
 
 
-def read_published(path: Path, scene: str = "mean") -> Published:
+def read_published(path: Path, scene: str = MEAN) -> Published:
     """Read the paper's values of a scene.
 
     Args:
@@ -119,10 +144,10 @@ def why_no_difference(
         scenes: names of its scenes.
         protocol: its settings of the loop.
         budgets: numbers of views at the end.
-        pictures: its settings of the size of images and of the split; one that is not there is not known.
+        pictures: its reader, and its settings of images and of the split; one that is not there is not known.
     """
     if STAND_INS.get(dataset) == source:
-        return f"{dataset} has other scenes, with the same kind of camera path"
+        return f"{dataset} is a twin, with nothing in common but the kind of camera path"
     if dataset != source:
         return f"{dataset} is another data set"
     if source not in SCENES:
@@ -161,5 +186,5 @@ def published_note(source: str, why_not: str | None) -> str:
     """
     told = f"published: the paper's means on {PRINTED_NAMES.get(source, source)}, one run without a spread"
     if why_not is None:
-        return f"{told}; the difference is of the unrounded mean and supposes photographs of 1600 pixels or more"
+        return f"{told}; the difference is of the unrounded mean"
     return f"{told}, for orientation alone: {why_not}, so that no difference is printed"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
+from avs.report.figure_settings import FigureSettings
 from avs.system.models import StrictModel
 
 BASE = "base"
@@ -17,3 +18,4 @@ class ReportSettings(StrictModel):
         default="farthest",
         description="method that the tables compare all others with, or null; the default counts where it runs",
     )
+    figures: FigureSettings = Field(default_factory=FigureSettings, description="what the figures show")

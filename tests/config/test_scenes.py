@@ -31,7 +31,7 @@ def test_every_data_set_has_its_scenes_in_order():
     changed["datasets"] |= {"near": embedded("orbit", 3, 1), "far": embedded("walkthrough", 1)}
     config = load(changed)
     listed = scenes_of(config)
-    assert config.evaluated == ("orbit", "near", "far")
+    assert config.evaluated == ("orbit", "walkthrough", "handheld", "egocentric", "near", "far")
     assert list(listed["near"]) == ["orbit_3", "orbit_1"]
     assert list(listed["handheld_training"]) == ["handheld_100", "handheld_101", "handheld_102", "handheld_103"]
 
@@ -81,7 +81,8 @@ def test_scenes_dir_stands_in_place_of_what_is_evaluated(captures):
     config = load(values(scenes_dir=captures))
     listed = scenes_of(config)
     assert config.evaluated == ("captures",)
-    assert list(listed) == ["handheld_training", "handheld_held_out", "captures"]
+    scorers = config.distortions.datasets
+    assert set(listed) == {*scorers, "captures"}
     assert list(listed["captures"]) == ["one", "two"]
     assert {path.name for path in listed["captures"]["one"].files()} >= {"cameras.bin", "000.png"}
 

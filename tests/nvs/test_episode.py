@@ -54,7 +54,7 @@ def scene(tmp_path_factory):
 
 
 def test_views_are_added_at_the_scheduled_iterations(scene):
-    episode, meta, representation = run(plan(scene, Last()))
+    episode, meta, representation, _ = run(plan(scene, Last()))
     assert [step.iteration for step in episode.steps] == [10, 25, 45]
     assert [point.iteration for point in episode.curve] == [10, 25, 45, 100]
     assert [point.views for point in episode.curve] == [4, 5, 6, 7]
@@ -69,7 +69,7 @@ def test_the_record_has_the_notes_of_the_scene(scene):
 
 
 def test_captured_views_leave_the_candidates_and_test_views_never_enter(scene):
-    episode, _, _ = run(plan(scene, Last()))
+    episode, _, _, _ = run(plan(scene, Last()))
     test = {scene.names[i] for i in scene.test}
     pool = len(scene.names) - len(test)
     for number, step in enumerate(episode.steps):
@@ -82,7 +82,7 @@ def test_captured_views_leave_the_candidates_and_test_views_never_enter(scene):
 
 
 def test_the_initial_views_are_farthest_view_sampled_from_the_first_of_the_pool(scene):
-    episode, _, _ = run(plan(scene, Last()))
+    episode, _, _, _ = run(plan(scene, Last()))
     pool = scene.pool
     expected = pool[initial_views(scene.cameras[pool].centers, 4)]
     assert episode.initial == [scene.names[i] for i in expected]
@@ -100,7 +100,7 @@ def test_the_selector_sees_the_images_captured_so_far(scene):
 
 def test_a_batch_fills_the_budget_exactly(scene):
     protocol = PROTOCOL.model_copy(update={"views_per_step": 2})
-    episode, _, _ = run(plan(scene, Last(), protocol))
+    episode, _, _, _ = run(plan(scene, Last(), protocol))
     assert [len(step.chosen) for step in episode.steps] == [2, 1]
     assert [point.views for point in episode.curve] == [4, 6, 7]
 
@@ -109,8 +109,8 @@ def test_views_chosen_together_wait_and_are_captured_when_those_of_other_methods
     common = ProtocolSettings(initial_views=4, budget=9, additions=(10, 20, 30, 40, 50), iterations=100)
     joint, selector = common.model_copy(update={"views_per_choice": 4}), Last()
     lines = []
-    episode, meta, representation = run(plan(scene, selector, joint, lines=lines))
-    single, _, other = run(plan(scene, Last(), common))
+    episode, meta, representation, _ = run(plan(scene, selector, joint, lines=lines))
+    single, _, other, _ = run(plan(scene, Last(), common))
     # Five views are no multiple of four: the second choice is of one.
     assert [len(step.chosen) for step in episode.steps] == [4, 1]
     assert [step.iteration for step in episode.steps] == [10, 50]
@@ -129,14 +129,14 @@ def test_views_chosen_together_wait_and_are_captured_when_those_of_other_methods
 def test_a_capped_budget_ends_a_joint_choice_early(tmp_path):
     small = small_scene(tmp_path / "small", count=16)  # a pool of 14, of which half are captured
     protocol = ProtocolSettings(initial_views=4, additions=tuple(range(1, 17)), iterations=20, views_per_choice=2)
-    episode, _, _ = run(plan(small, Last(), protocol))
+    episode, _, _, _ = run(plan(small, Last(), protocol))
     assert [step.captured for step in episode.steps] == [[1, 2], [3]]
     assert len(episode.initial + episode.selected) == episode.budget == 7
 
 
 def test_a_joint_choice_that_waits_survives_a_restart_of_the_reconstruction(scene):
     protocol = PROTOCOL.model_copy(update={"views_per_choice": 3, "refit": "reinit"})
-    episode, _, representation = run(plan(scene, Last(), protocol))
+    episode, _, representation, _ = run(plan(scene, Last(), protocol))
     assert [step.captured for step in episode.steps] == [[10, 25, 45]]
     assert representation.fits == [(7, 55)]
 
@@ -179,7 +179,7 @@ def test_refit_from_scratch_builds_a_new_representation_on_the_captured_views(sc
         return MeanColor()
 
     protocol = PROTOCOL.model_copy(update={"refit": "reinit"})
-    _, _, representation = run(plan(scene, Last(), protocol, build))
+    _, _, representation, _ = run(plan(scene, Last(), protocol, build))
     assert built == [4, 5, 6, 7]
     assert representation.fits == [(7, 55)]
 
@@ -195,13 +195,13 @@ def test_one_line_a_step_is_reported(scene):
 def test_notes_of_the_method_are_recorded(scene):
     selector = Last()
     selector.notes = ("fitted anew",)
-    episode, _, _ = run(plan(scene, selector))
+    episode, _, _, _ = run(plan(scene, selector))
     assert episode.notes == ["fitted anew", NOTHING_SEEN]
 
 
 def test_the_record_is_the_same_for_the_same_seed(scene):
-    first, _, _ = run(plan(scene, Last()))
-    second, _, _ = run(plan(scene, Last()))
+    first, _, _, _ = run(plan(scene, Last()))
+    second, _, _, _ = run(plan(scene, Last()))
     assert first.model_dump_json() == second.model_dump_json()
 
 
@@ -264,7 +264,7 @@ def test_scores_are_enough_and_the_loop_takes_the_direction_from_the_metadata(sc
         def score(self, state):
             return np.arange(len(state.candidates))
 
-    episode, _, _ = run(plan(scene, Scores(), chooses=chooses))
+    episode, _, _, _ = run(plan(scene, Scores(), chooses=chooses))
     assert [step.chosen for step in episode.steps] == [[step.candidates[place]] for step in episode.steps]
     assert episode.chooses == chooses
 
@@ -274,7 +274,7 @@ def test_rendering_is_timed_without_the_method(scene):
         def score(self, state):
             return state.representation.render(state.candidates).rgb.mean(axis=(1, 2, 3))
 
-    _, meta, _ = run(plan(scene, Renders()))
+    _, meta, _, _ = run(plan(scene, Renders()))
     assert all(0 < times.render_seconds < times.total_seconds for times in meta.steps)
 
 

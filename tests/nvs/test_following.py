@@ -95,8 +95,8 @@ def test_it_chooses_nothing_itself_and_is_neither_scored_nor_timed():
     config = load(MINIMAL | {"methods": ["activenerf", "activenerf-views"]})
     assert followed("activenerf-views") == "activenerf"
     assert followed("activenerf") is None
-    assert scoring_methods(config) == ("activenerf",)
-    for table in ("ranking_table", "runtime_table"):
+    assert scoring_methods(config, "orbit") == ("activenerf",)
+    for table in ("ranking_table/orbit", "runtime_table"):
         reason = settings_of(config, table).absent["activenerf-views"]
         assert str(reason) == "it captures the views of activenerf and chooses none"
     assert settings_of(config, "nvs_table/orbit").absent == {}

@@ -5,7 +5,8 @@ import pytest
 
 from avs.report.collect import read_episodes
 from avs.report.figures.curves import panels
-from avs.report.figures.over_views import method_styles
+from avs.report.figures.end_labels import spread
+from avs.report.figures.method_lines import PROPOSED, emphasised, legend_styles, line_styles
 from avs.report.figures.psnr_over_views import write_psnr_over_views
 
 METHODS = ["random", "farthest", "ours-repvit"]
@@ -13,8 +14,8 @@ METHODS = ["random", "farthest", "ours-repvit"]
 
 @pytest.fixture
 def drawn(written):
-    def draw(episodes):
-        return [panel for collected in read_episodes(written(episodes), METHODS) for panel in panels(collected)]
+    def draw(episodes, methods=METHODS):
+        return [panel for collected in read_episodes(written(episodes), methods) for panel in panels(collected)]
 
     return draw
 
@@ -133,8 +134,38 @@ def test_methods_that_add_several_views_at_once_keep_their_own_points(episode, d
     np.testing.assert_allclose(panel.curves[0].difference, [-2.0, -0.5, -2.0])
 
 
-def test_styles_follow_what_methods_say_of_themselves():
-    styles = method_styles(["random", "ours-mine", "ours-repvit", "oracle-gain"])
-    assert styles["ours-repvit"]["linestyle"] == "-"
-    assert styles["ours-mine"]["linestyle"] != "-"
-    assert styles["oracle-gain"]["zorder"] < styles["random"]["zorder"] < styles["ours-repvit"]["zorder"]
+def test_colours_are_groups_and_the_reference_and_the_best_two_are_thick(episode, drawn):
+    psnr = {"random": 20.0, "farthest": 19.0, "niqe": 22.0, "ours-repvit": 23.0, "oracle-gain": 30.0}
+    groups = {"farthest": "Geometric", "oracle-gain": "Oracle"}
+    (panel,) = drawn(
+        [episode(name, psnr=(value,), group=groups.get(name, "2D-based")) for name, value in psnr.items()], list(psnr)
+    )
+    assert emphasised(panel.curves, "farthest") == ["farthest", "ours-repvit", "niqe"]
+    assert emphasised(panel.curves, None) == ["ours-repvit", "niqe"]
+    styles = line_styles(panel.curves, "farthest")
+    assert styles["random"]["color"] == styles["niqe"]["color"] != styles["ours-repvit"]["color"]
+    assert styles["farthest"]["linewidth"] == styles["niqe"]["linewidth"] > styles["random"]["linewidth"]
+    assert styles["oracle-gain"]["linestyle"] != "-"
+    assert styles["oracle-gain"]["zorder"] < styles["random"]["zorder"] < styles["niqe"]["zorder"]
+    assert list(legend_styles(panel.curves)) == ["Geometric", "2D-based", PROPOSED, "Oracle"]
+
+
+def test_names_keep_their_distance_and_their_order():
+    wanted = np.array([0.5, 0.52, 0.1, 0.5, 0.99])
+    found = spread(wanted, 0.1, 0.0, 1.0)
+    assert np.diff(np.sort(found)).min() >= 0.1 - 1e-12
+    assert np.argsort(found, kind="stable").tolist() == np.argsort(wanted, kind="stable").tolist()
+    np.testing.assert_allclose(found[[2, 4]], [0.1, 0.95])  # undisturbed, and moved in by half a name
+    np.testing.assert_allclose(found[[0, 3, 1]].mean(), wanted[[0, 3, 1]].mean())
+    crowded = spread(np.full(24, 0.9), 0.1, 0.0, 1.0)  # more than there is room for
+    assert np.diff(np.sort(crowded)).min() > 0.04
+    assert crowded.min() >= 0
+    assert crowded.max() <= 1
+
+
+@pytest.mark.parametrize("count", [1, 24])
+def test_any_number_of_methods_fits(episode, written, tmp_path, count):
+    methods = [f"method-{number}" for number in range(count)]
+    paths = written([episode(name, psnr=(20.0 + number % 3,)) for number, name in enumerate(methods)])
+    write_psnr_over_views(paths, methods, tmp_path / "psnr_over_views", "farthest")
+    assert (tmp_path / "psnr_over_views.png").exists()

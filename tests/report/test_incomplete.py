@@ -4,14 +4,14 @@ import csv
 
 import pytest
 
-from avs.report.incomplete import (
+from avs.report.incomplete import write_incomplete_tables
+from avs.report.wanted_records import (
     UnfinishedRun,
     WantedEpisode,
     WantedRecord,
     WantedStates,
     WantedTable,
     WantedTimes,
-    write_incomplete_tables,
 )
 from avs.scene.scene import SceneFile
 from avs.scene.similarity import IDENTITY
@@ -94,8 +94,8 @@ class Results:
             for scene in SCENES
             for seed in SEEDS
         )
-        tables = (WantedTable("orbit", wanted, None, states if ranked else ()),)
-        run = UnfinishedRun((*methods, *(absent or {})), "ours-repvit", absent or {}, tables, times)
+        tables = (WantedTable("orbit", (*methods, *(absent or {})), wanted, None, states if ranked else ()),)
+        run = UnfinishedRun("ours-repvit", absent or {}, tables, times)
         return write_incomplete_tables(run, self.folder / "tables_incomplete")
 
     def rows(self):
@@ -178,6 +178,18 @@ def test_a_complete_run_has_the_complete_table(results, written, tmp_path):
     assert left_out == []
 
 
+def test_the_tables_of_scenes_and_of_significance_tell_of_the_gap_too(results, tmp_path):
+    results.put_all(without=[("fisherrf", "cellar")])
+    results.write()
+    for name in ("scenes_orbit", "significance_orbit"):
+        text = (tmp_path / "tables_incomplete" / f"{name}.md").read_text()
+        assert text.startswith("Incomplete: 2 of 12 episodes are missing.")
+        assert "FisherRF: no episode of cellar: its job has not run" in text
+    pairs = (tmp_path / "tables_incomplete" / "significance_orbit_pairs.csv").read_text()
+    assert "random,ours-repvit" in pairs
+    assert "fisherrf" not in pairs
+
+
 def test_what_cannot_be_tabulated_is_a_line(results, tmp_path):
     results.log("attic", "error: attic/a.png: damaged; copy it again\n")
     (tmp_path / "tables_incomplete").mkdir()
@@ -199,14 +211,14 @@ def test_selection_times_name_the_methods_that_are_not_timed(results, tmp_path):
         if method != "random":
             write_record(path, make_record(method))
     results.log("time-random", "error: random: too slow; wait\n")
-    _, left_out = results.write(times=WantedTimes("orbit", "attic", tuple(records), {}, ()))
+    _, left_out = results.write(times=WantedTimes("orbit", METHODS, "attic", tuple(records), {}, ()))
     assert left_out == []
     text = (tmp_path / "tables_incomplete" / "runtime.md").read_text()
     assert text.startswith("Incomplete: 1 method not timed. Selection times on the scene attic")
     assert "- Random: not timed: random: too slow; wait\n" in text
     for record in records[1:]:
         record.path.unlink()
-    _, left_out = results.write(times=WantedTimes("orbit", "attic", tuple(records), {}, ()))
+    _, left_out = results.write(times=WantedTimes("orbit", METHODS, "attic", tuple(records), {}, ()))
     assert left_out[0].startswith("left out: table of selection times: no method is timed yet; random: too slow")
 
 

@@ -107,7 +107,7 @@ def episode(scene, values=None, refit="continue", views_per_step=1):
 
 @pytest.mark.parametrize("values", [{}, {"form": "pull_request"}, {"numerator": "one"}])
 def test_an_episode_learns_variances_and_chooses_by_them(scene, values):
-    record, _, representation = episode(scene, values)
+    record, _, representation, _ = episode(scene, values)
     assert len(record.selected) == 3
     # The pull request's weights alpha_i T_(i+1) of a pixel have squares that sum up to 0.0902 at most, where all
     # opacities are 0.382: at the first variance of 1 every pixel lies below the floor of 0.1, and nothing is learned.
@@ -137,6 +137,6 @@ def test_a_replay_learns_variances_too(scene, tmp_path):
 
 
 def test_a_reconstruction_that_begins_again_learns_variances_again(scene):
-    record, _, representation = episode(scene, refit="reinit", views_per_step=2)
+    record, _, representation, _ = episode(scene, refit="reinit", views_per_step=2)
     assert [len(step.chosen) for step in record.steps] == [2, 1]
     assert representation.parameters["log_variances"].detach().any()

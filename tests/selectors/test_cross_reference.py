@@ -180,3 +180,23 @@ def test_published_weights_are_used_where_they_are(tmp_path, monkeypatch):
     assert published_weights("dinov2", settings) == path
     assert published_weights("dinov2", ScorerSettings(network=DINOv2Settings(), published=False)) is None
     assert published_weights("repvit", ScorerSettings()) is None
+
+
+class WithMaps(Brightness):
+    """Predicts the image's mean everywhere."""
+
+    def maps(self, images, references):
+        self.references += [[int(tokens[0, 0]) for tokens in some] for some in references]
+        return np.broadcast_to(images.mean(axis=(1, 2, 3))[:, None, None], (len(images), 8, 12)).copy()
+
+
+def test_the_map_of_a_candidate_comes_from_the_photographs_that_its_score_came_from():
+    scorer, state = WithMaps(), make_state()
+    selector = make_selector(scorer)
+    scores = selector.score(state)
+    asked = list(scorer.references)
+    for row in (3, 1):
+        found = selector.predicted_map(state, row)
+        assert found.shape == (8, 12)
+        np.testing.assert_allclose(found, scores[row], rtol=1e-6)
+        assert scorer.references[-1] == asked[row]

@@ -12,6 +12,7 @@ ROOT = Path(__file__).resolve().parents[2]
 CODE = ("avs", "metrics")
 COPIED = ("Snakefile", "workflows", "profiles", "results/published")
 METHODS = ("random", "farthest")
+_FOR_SCORERS = ("handheld_training", "handheld_held_out")
 
 
 def checkout(folder, linked=CODE, copied=CODE):
@@ -46,6 +47,8 @@ def tiny():
     values = yaml.safe_load((ROOT / "workflows" / "config" / "ci.yaml").read_text())
     values |= {"scale": "tiny", "methods": list(METHODS), "scorers": {}, "selectors": {}, "method_protocols": {}}
     values |= {"seeds": [0], "runtime": None, "sensitivity": None, "coverage": None}
+    values["datasets"] = {name: values["datasets"][name] for name in ("orbit", *_FOR_SCORERS)}
+    values["distortions"] |= {"training": [_FOR_SCORERS[0]], "held_out": [_FOR_SCORERS[1]]}
     values["datasets"]["orbit"] |= {"seeds": [0]}
     for dataset in values["datasets"].values():
         dataset["capture"] = {"views": 16, "long_side": 48}

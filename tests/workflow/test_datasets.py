@@ -24,9 +24,12 @@ def several(tmp_path_factory):
     for name, side in (("orbit", 36), ("fine", 48)):
         values["datasets"][name] = orbit | {"capture": QUICK | {"long_side": side}}
     values["datasets"]["photographs"] = {"source": "captures", "folder": "photographs", "published": "mipnerf360"}
+    values["datasets"]["photographs"] |= {"methods": ["random"], "tables": []}
+    values["datasets"]["idle"] = orbit | {"methods": ["warprf"]}
     (folder / "tiny.yaml").write_text(yaml.safe_dump(values))
     result = run(folder, "-j2", "tables")
     assert result.returncode == 0, result.stdout + result.stderr
+    assert "left out: idle: the run has none of its methods, warprf\n" in result.stderr
     return folder / "results" / "tiny"
 
 
@@ -37,9 +40,12 @@ DATASETS = ("orbit", "fine", "photographs")
 def test_every_data_set_has_its_tables(dataset, several):
     with open(several / "tables" / f"nvs_{dataset}.csv", newline="") as stream:
         rows = {row["method"]: row for row in csv.DictReader(stream) if row["metric"] == "psnr"}
-    assert set(rows) == set(METHODS)
+    alone = dataset == "photographs"
+    assert set(rows) == ({"random"} if alone else set(METHODS))
+    assert {path.name for path in (several / "episodes" / dataset / "orbit_0").iterdir()} == set(rows)
     assert bool(rows["random"]["published"]) == (dataset != "fine")
-    assert (several / "tables" / f"ranking_{dataset}.csv").exists()
+    assert (several / "tables" / f"ranking_{dataset}.csv").exists() != alone
+    assert (several / "common_states" / dataset).exists() != alone
 
 
 def test_scenes_of_one_name_stay_apart(several):

@@ -15,7 +15,7 @@ from tests.workflow.project import checkout, environment, run, tiny
 
 RESULTS = "results/tiny"
 EPISODE = f"{RESULTS}/episodes/orbit/orbit_0/random/0/episode.json"
-SHOWN = {"nvs_table", "psnr_over_views"}
+SHOWN = {"nvs_table", "scene_table", "significance_table", "psnr_over_views"}
 
 
 def copy_of(finished, folder, **options):
@@ -57,7 +57,7 @@ def change(path):
     [
         (f"{RESULTS}/tables/nvs_orbit.md", flip, {"nvs_table"}),
         (f"{RESULTS}/tables/nvs_orbit.tex", os.unlink, {"nvs_table"}),
-        (f"{RESULTS}/figures/psnr_over_views.png", flip, {"psnr_over_views"}),
+        (f"{RESULTS}/figures/psnr_over_views_orbit.png", flip, {"psnr_over_views"}),
         (EPISODE, flip, {"episode"} | SHOWN),
         (EPISODE, os.unlink, {"episode"} | SHOWN),
         (EPISODE.replace("episode.json", "splats.ply"), flip, {"episode"} | SHOWN),

@@ -44,7 +44,8 @@ def edited(finished, tmp_path):
 def test_a_run_gives_tables_and_figures(finished):
     results = finished / "results" / "tiny"
     assert {path.name for path in (results / "tables").iterdir()} >= {"nvs_orbit.csv", "nvs_orbit.md", "nvs_orbit.tex"}
-    assert {path.name for path in (results / "figures").iterdir()} == {"psnr_over_views.pdf", "psnr_over_views.png"}
+    figures = {path.name for path in (results / "figures").iterdir()}
+    assert figures == {"psnr_over_views_orbit.pdf", "psnr_over_views_orbit.png"}
     rows = (results / "tables" / "nvs_orbit.csv").read_text().splitlines()
     assert rows[0] == "method,group,metric,mean,spread,scenes,seeds,published,difference,note"
     assert {row.split(",")[0] for row in rows[1:]} == set(METHODS)
@@ -100,8 +101,9 @@ def test_editing_a_selector_reruns_its_own_episodes_and_what_follows(edited):
     with open(edited / "avs" / "selectors" / "farthest.py", "a") as stream:
         stream.write("\n# an edit\n")
     jobs = planned(run(edited, "-n", "tables"))
-    tables = {"nvs_table": 1, "ranking_table": 1, "psnr_over_views": 1, "tables": 1}
-    assert jobs == {"episode": 1, "common_states": 1, **tables, "total": 6}
+    of_episodes = dict.fromkeys(("nvs_table", "scene_table", "significance_table", "psnr_over_views"), 1)
+    expected = {"episode": 1, "common_states": 1, "ranking_table": 1, "tables": 1, **of_episodes}
+    assert jobs == expected | {"total": sum(expected.values())}
 
 
 def test_touching_a_file_reruns_nothing(edited):
@@ -114,8 +116,8 @@ def test_touching_a_file_reruns_nothing(edited):
     [
         # what the episodes of the method are told, and what the common states are
         ({"selectors": {"random": {"reshuffle": True}}}, {"settings": 2, "episode": 1, "common_states": 1}),
-        # the two tables and the figure are told the seeds of what they hold
-        ({"seeds": [0, 1]}, {"settings": 3, "episode": 2, "common_states": 1}),
+        # the four tables and the figure are told the seeds of what they hold
+        ({"seeds": [0, 1]}, {"settings": 5, "episode": 2, "common_states": 1}),
     ],
 )
 def test_a_change_of_configuration_reruns_what_reads_it(edited, edit, jobs):

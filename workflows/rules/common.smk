@@ -51,7 +51,10 @@ made_of = sources_of_inputs(RESULTS)
 
 # No episode is asked for of a method that cannot run here; its row in the tables says why.
 ABSENT = absent_methods(settings)
-RUNNABLE = [method for method in settings.methods if method not in ABSENT]
+RUNNABLE = {
+    dataset: [method for method in settings.methods_on(dataset) if method not in ABSENT]
+    for dataset in settings.evaluated
+}
 
 # Says that the kernels have been compiled here. No job takes it as ancient(): Snakemake 9.27 does not look at the reasons
 # of a job of its own while one that it depends on is to run, and so would pass over a change of code that both read.

@@ -39,11 +39,14 @@ def outdated_settings():
 
 
 def shown_outputs():
-    """Return all files that the jobs write which make the tables and figures of this configuration."""
-    targets = [
-        each for rule in workflow.rules if not rule.output for each in rule.input
-    ]
-    found = [each(None) if callable(each) else each for each in targets]
+    """Return all files that jobs write which make tables and figures of this configuration, for each target."""
+    targets = [rule.input for rule in workflow.rules if not rule.output]
+    return [files for target in targets if (files := shown_by(target))]
+
+
+def shown_by(target):
+    """Return those files for the inputs of one target."""
+    found = [each(None) if callable(each) else each for each in target]
     paths = {
         path for each in found for path in ([each] if isinstance(each, str) else each)
     }
@@ -117,10 +120,12 @@ def check_results():
         path for each in damage for path in (*each.changed, *each.lacking, *each.left)
     }
     expected = shown_outputs()
-    outside = {path for folder in SHOWN for path in folder.glob("*")} - expected
-    # A job must run for what is set aside, and for the plan to be written, before the first.
-    if expected and (outside or not Path(PLAN).exists()):
-        again.add(min(expected))
+    outside = {path for folder in SHOWN for path in folder.glob("*")}.difference(
+        *expected
+    )
+    # A job must run for what is set aside, and for the plan to be written, before the first: one of the target's own.
+    if outside or not Path(PLAN).exists():
+        again.update(map(min, expected))
     outdated = outdated_settings()
     told = {str(path) for path in [*again, *outdated]}
     incomplete = PersistenceBase.incomplete

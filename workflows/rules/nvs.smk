@@ -4,6 +4,7 @@
 import shlex
 
 from avs.config.method_weights import files_read, followed, scoring_methods
+from avs.nvs.picture_settings import PICTURES
 
 
 module program:
@@ -42,7 +43,7 @@ def episodes(dataset, scenes=None):
     return expand(
         EPISODE,
         dataset=dataset,
-        method=RUNNABLE,
+        method=RUNNABLE[dataset],
         scene=scenes or SCENES[dataset],
         seed=settings.seeds,
     )
@@ -120,6 +121,7 @@ rule episode:
         episode=EPISODE,
         meta=EPISODE.replace(".json", ".meta.json"),
         model=EPISODE.replace("episode.json", REPRESENTATION.exports),
+        pictures=EPISODE.replace("episode.json", PICTURES),
     log:
         EPISODE.replace(RESULTS, LOGS).replace("/episode.json", ".log"),
     resources:
@@ -140,7 +142,7 @@ rule episode:
 
 
 COMMON_STATES = f"{RESULTS}/common_states/{{dataset}}/{{scene}}/{{seed}}.json"
-SCORING = scoring_methods(settings)
+SCORING = {dataset: scoring_methods(settings, dataset) for dataset in SCENES}
 
 
 def common_states(dataset):
@@ -150,39 +152,45 @@ def common_states(dataset):
     )
 
 
-def scoring_code():
+def scoring_code(wildcards):
     """Return the source files of all methods that score, and of what they score."""
-    modules = [registry.find(method).module for method in SCORING]
+    modules = [registry.find(method).module for method in SCORING[wildcards.dataset]]
     return sources("avs.nvs.common_states", REPRESENTATION.module, *modules)
 
 
-def scoring_weights():
+def weights_by_method(wildcards):
     """Return the files of weights of the methods that score, by identifier."""
-    files = {method: weights_of_method(method) for method in SCORING}
+    methods = SCORING[wildcards.dataset]
+    files = {method: weights_of_method(method) for method in methods}
     return {method: file for method, file in files.items() if file}
 
 
-def scoring_downloads():
+def scoring_weights(wildcards):
+    return list(weights_by_method(wildcards).values())
+
+
+def scoring_downloads(wildcards):
     """Return the published weights on this machine that these methods read."""
-    found = [files_read(settings, method, evaluated=False) for method in SCORING]
+    methods = SCORING[wildcards.dataset]
+    found = [files_read(settings, method, evaluated=False) for method in methods]
     return sorted({str(path) for files in found for path in files})
 
 
 def scoring_weights_options(wildcards):
     return [
         f"--weights {shlex.quote(f'{method}={file}')}"
-        for method, file in scoring_weights().items()
+        for method, file in weights_by_method(wildcards).items()
     ]
 
 
 rule common_states:
     input:
         scene=SCENE,
-        weights=list(scoring_weights().values()),
-        downloads=scoring_downloads(),
+        weights=scoring_weights,
+        downloads=scoring_downloads,
         kernels=KERNELS,
-        settings=f"{RESULTS}/settings/common_states.json",
-        code=scoring_code(),
+        settings=f"{RESULTS}/settings/common_states/{{dataset}}.json",
+        code=scoring_code,
     output:
         COMMON_STATES,
     log:

@@ -1,4 +1,4 @@
-# Tables and figures, from episode records and nothing else.
+# Tables, from records and nothing else.
 
 from avs.config.run_plan import RunPlan
 from avs.system.records import write_record
@@ -43,7 +43,7 @@ def write_plan():
     plan = RunPlan(
         config=settings,
         scenes={dataset: tuple(scenes) for dataset, scenes in LISTED.items()},
-        timed=timed_scene() if settings.runtime is not None and TIMED else None,
+        timed=TIMED_SCENE if settings.runtime is not None and TIMED else None,
         studied={dataset: tuple(scenes) for dataset, scenes in STUDIED.items()},
         published_times=PUBLISHED_TIMES,
         records=records,
@@ -67,25 +67,24 @@ def dataset_states(wildcards):
 
 
 def ranking_tables(wildcards):
-    """Return the table of rank correlations of each data set, unless the configuration leaves them out."""
-    if settings.common_states is None:
-        return []
-    return expand(f"{RESULTS}/tables/ranking_{{dataset}}.csv", dataset=SCENES)
-
-
-def runtime_tables(wildcards):
-    """Return the table of selection times, unless the configuration leaves it out."""
-    return (
-        [] if settings.runtime is None or not TIMED else f"{RESULTS}/tables/runtime.csv"
+    """Return the table of rank correlations of each data set, unless the configuration leaves it out."""
+    return expand(
+        f"{RESULTS}/tables/ranking_{{dataset}}.csv",
+        dataset=settings.with_table("ranking"),
     )
-
-
-def episode_options(wildcards, input):
-    return repeated("--episode", input.episodes)
 
 
 def published_options(wildcards, input):
     return repeated("--published", input.published)
+
+
+def runtime_tables(wildcards):
+    """Return the tables of selection times, unless the configuration leaves them out."""
+    if settings.runtime is None or not TIMED:
+        return []
+    memory = set(with_memory(settings, TIMED_SCENE[0])) & set(TIMED)
+    names = ["runtime", "runtime_detail", *(["runtime_memory"] if memory else [])]
+    return expand(f"{RESULTS}/tables/{{name}}.csv", name=names)
 
 
 rule nvs_table:
@@ -119,7 +118,7 @@ rule nvs_table:
 rule ranking_table:
     input:
         records=dataset_states,
-        settings=f"{RESULTS}/settings/ranking_table.json",
+        settings=f"{RESULTS}/settings/ranking_table/{{dataset}}.json",
         code=sources("avs.report.tables.score_ranking"),
     output:
         multiext(
@@ -167,38 +166,15 @@ rule runtime_table:
         " --out {params.stem} --log {log}"
 
 
-rule psnr_over_views:
-    input:
-        episodes=all_episodes,
-        settings=f"{RESULTS}/settings/psnr_over_views.json",
-        code=sources("avs.report.figures.psnr_over_views"),
-    output:
-        multiext(f"{RESULTS}/figures/psnr_over_views", ".pdf", ".png"),
-    log:
-        f"{LOGS}/figures/psnr_over_views.log",
-    params:
-        made_of=made_of,
-        stem=subpath(output[0], strip_suffix=".pdf"),
-    message:
-        "figure: PSNR over views"
-    shell:
-        "{AVS} --made-of {params.made_of} psnr_over_views"
-        " {input.episodes} --settings {input.settings} --out {params.stem} --log {log}"
-
-
 rule tables:
     input:
         expand(f"{RESULTS}/tables/nvs_{{dataset}}.csv", dataset=SCENES),
+        paper_tables,
+        SIGNIFICANCE,
         ranking_tables,
         runtime_tables,
         tables_of_sensitivity,
         coverage_tables,
         coverage_figures,
         slam_tables,
-        f"{RESULTS}/figures/psnr_over_views.pdf",
-
-
-rule figures:
-    input:
-        f"{RESULTS}/figures/psnr_over_views.pdf",
-        coverage_figures,
+        expand(f"{RESULTS}/figures/psnr_over_views_{{dataset}}.pdf", dataset=SCENES),

@@ -1,27 +1,25 @@
 # The time of a selection: one job for each method, alone on the machine, on one reconstruction that all methods share.
 
 from avs.config.method_weights import choosing_elsewhere, files_read
-from avs.nvs.timing_settings import RuntimeSettings
+from avs.config.scenes import timed_scene
 
 RUNTIME = f"{RESULTS}/runtime/{{dataset}}/{{scene}}"
-TIMED = [method for method in RUNNABLE if method not in choosing_elsewhere(settings)]
 
+try:
+    TIMED_SCENE = timed_scene(settings)
+except UserError as error:
+    sys.exit(f"error: {error}")
 
-def timed_scene():
-    """Return the data set and the scene on which selections are timed."""
-    wanted = (settings.runtime or RuntimeSettings()).scene
-    pairs = [(dataset, scene) for dataset in SCENES for scene in SCENES[dataset]]
-    found = [pair for pair in pairs if wanted in (None, pair[1], "/".join(pair))]
-    if not found:
-        sys.exit(
-            f"error: configuration: runtime.scene: {wanted} is no scene of this run; name one of them"
-        )
-    return found[0]
+TIMED = [
+    method
+    for method in RUNNABLE[TIMED_SCENE[0]]
+    if method not in choosing_elsewhere(settings)
+]
 
 
 def timings(wildcards):
     """Return the times of each method that is timed."""
-    dataset, scene = timed_scene()
+    dataset, scene = TIMED_SCENE
     return expand(
         f"{RUNTIME}/{{method}}.json", dataset=dataset, scene=scene, method=TIMED
     )
@@ -40,8 +38,12 @@ def timing_downloads(wildcards):
 
 def timed_episodes(wildcards):
     """Return the episodes on the scene on which selections are timed, for their PSNR."""
-    dataset, scene = timed_scene()
+    dataset, scene = TIMED_SCENE
     return episodes(dataset, [scene])
+
+
+def episode_options(wildcards, input):
+    return repeated("--episode", input.episodes)
 
 
 rule runtime_state:

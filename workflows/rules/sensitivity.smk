@@ -5,7 +5,7 @@ from avs.config.studied import studied_methods, studied_scenes
 VARIED_EPISODE = EPISODE.replace("/episodes/", "/sensitivity/{variant}/episodes/")
 
 try:
-    STUDIED = studied_scenes(settings.sensitivity, SCENES)
+    STUDIED = studied_scenes(settings, SCENES)
 except UserError as error:
     sys.exit(f"error: {error}")
 
@@ -16,7 +16,9 @@ def studied_episodes(path, dataset, **names):
     return expand(
         path,
         dataset=dataset,
-        method=[each for each in studied_methods(settings) if each not in ABSENT],
+        method=[
+            each for each in studied_methods(settings, dataset) if each not in ABSENT
+        ],
         scene=STUDIED[dataset],
         seed=told.seeds or settings.seeds,
         **names,
@@ -98,6 +100,7 @@ use rule episode as sensitivity_episode with:
         episode=VARIED_EPISODE,
         meta=VARIED_EPISODE.replace(".json", ".meta.json"),
         model=VARIED_EPISODE.replace("episode.json", REPRESENTATION.exports),
+        pictures=VARIED_EPISODE.replace("episode.json", PICTURES),
     log:
         VARIED_EPISODE.replace(RESULTS, LOGS).replace("/episode.json", ".log"),
     message:
@@ -109,7 +112,7 @@ rule sensitivity_table:
     input:
         base=base_episodes,
         varied=varied_episodes,
-        settings=f"{RESULTS}/settings/sensitivity_table.json",
+        settings=f"{RESULTS}/settings/sensitivity_table/{{dataset}}.json",
         code=sources("avs.report.tables.setting_sensitivity"),
     output:
         multiext(

@@ -2,6 +2,7 @@
 # its views, and one job per episode, which holds the cloud of its views against it.
 
 from avs.config.jobs import coverage_lacking
+from avs.config.scenes import scene_named
 from avs.report.published import COVERAGE_NAME
 from avs.sfm.back_end_registry import find as find_back_end
 
@@ -9,20 +10,22 @@ COVERAGE_FOLDER = f"{RESULTS}/coverage/{{dataset}}/{{scene}}"
 REFERENCE = f"{COVERAGE_FOLDER}/reference"
 COVERAGE = f"{COVERAGE_FOLDER}/{{method}}/{{seed}}"
 
+# The data sets with coverage.
+COVERED = settings.with_table("coverage")
+
 # Without its back end nothing is measured; the table says why.
 MEASURES_COVERAGE = settings.coverage is not None and coverage_lacking(settings) is None
 
 
 def mapped_scene():
-    """Return the data set and the scene of the maps."""
+    """Return the data set and the scene of the maps: by default the first of the first data set with coverage."""
     wanted = settings.coverage.scene
-    pairs = [(dataset, scene) for dataset in SCENES for scene in SCENES[dataset]]
-    found = [pair for pair in pairs if wanted in (None, pair[1], "/".join(pair))]
-    if not found:
-        sys.exit(
-            f"error: configuration: coverage.scene: {wanted} is no scene of this run; name one of them"
-        )
-    return found[0]
+    first = COVERED[0] if COVERED else None
+    wanted = wanted or (f"{first}/{SCENES[first][0]}" if first else None)
+    try:
+        return scene_named(settings, wanted, "coverage.scene")
+    except UserError as error:
+        sys.exit(f"error: {error}")
 
 
 # Says that the kernels of dense stereo, which no other back end has, have been compiled here.
@@ -49,7 +52,7 @@ def coverages(path, dataset, scenes=None, methods=None, seeds=None):
     return expand(
         path,
         dataset=dataset,
-        method=methods or RUNNABLE,
+        method=methods or RUNNABLE[dataset],
         scene=scenes or SCENES[dataset],
         seed=seeds or settings.seeds,
     )
@@ -59,10 +62,14 @@ def dataset_coverages(wildcards):
     return coverages(f"{COVERAGE}/coverage.json", wildcards.dataset)
 
 
+def covered_episodes(wildcards):
+    return [path for dataset in COVERED for path in episodes(dataset)]
+
+
 def all_coverages(wildcards):
     return [
         path
-        for dataset in SCENES
+        for dataset in COVERED
         for path in coverages(f"{COVERAGE}/coverage.json", dataset)
     ]
 
@@ -93,15 +100,13 @@ def covered_options(wildcards, input):
 
 
 def coverage_tables(wildcards):
-    """Return the coverage table of each data set, unless the configuration leaves them out."""
-    if settings.coverage is None:
-        return []
-    return expand(f"{RESULTS}/tables/coverage_{{dataset}}.csv", dataset=SCENES)
+    """Return the coverage table of each data set, unless the configuration leaves it out."""
+    return expand(f"{RESULTS}/tables/coverage_{{dataset}}.csv", dataset=COVERED)
 
 
 def coverage_figures(wildcards):
     """Return the figures of coverage, if it can be measured."""
-    if not MEASURES_COVERAGE:
+    if not MEASURES_COVERAGE or not COVERED:
         return []
     return expand(
         f"{RESULTS}/figures/{{figure}}.pdf",
@@ -238,7 +243,7 @@ rule coverage_maps:
 
 rule coverage_over_views:
     input:
-        episodes=all_episodes,
+        episodes=covered_episodes,
         records=all_coverages,
         settings=f"{RESULTS}/settings/coverage_over_views.json",
         code=sources("avs.report.figures.coverage_over_views"),

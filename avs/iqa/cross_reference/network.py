@@ -18,9 +18,6 @@ from avs.iqa.cross_reference.backbones import Backbone, build_backbone
 from avs.iqa.cross_reference.position_codes import PositionCodes
 from avs.iqa.cross_reference.scorer_settings import PATCH, AnyNetwork, DINOv2Settings
 
-_IMAGENET_MEAN = (0.485, 0.456, 0.406)
-_IMAGENET_DEVIATION = (0.229, 0.224, 0.225)
-
 
 class DecoderLayer(nn.Module):
     """A layer of a transformer decoder: post-norm, no dropout, as ``nn.TransformerDecoderLayer`` computes it.
@@ -79,6 +76,9 @@ class CrossReferenceNetwork(nn.Module):
     computed once, however often it is compared with.
     """
 
+    feature_means: Tensor
+    feature_deviations: Tensor
+
     def __init__(self, settings: AnyNetwork, backbone: Backbone) -> None:
         """Build the parts behind ``backbone``, with weights drawn from torch's generator (see ``build_network``)."""
         super().__init__()
@@ -91,6 +91,9 @@ class CrossReferenceNetwork(nn.Module):
         self.projections = nn.ModuleList(
             nn.Linear(channels, width) if projected else nn.Identity() for channels in backbone.channels
         )
+        if settings.standardized:
+            self.register_buffer("feature_means", torch.zeros(sum(backbone.channels)))
+            self.register_buffer("feature_deviations", torch.ones(sum(backbone.channels)))
         self.positions = PositionCodes(width, settings.position_size, settings.position_seed)
         self.decoder = nn.ModuleList(
             DecoderLayer(width, settings.heads, settings.hidden) for _ in range(settings.layers)
@@ -130,14 +133,27 @@ class CrossReferenceNetwork(nn.Module):
         ]
         return torch.cat(resized, dim=1).permute(0, 2, 3, 1).contiguous()
 
+    def standardize(self, features: Tensor) -> None:
+        """Let tokens be made of channels with the mean 0 and the deviation 1 that ``features`` ``[n, channels]`` have.
+
+        A channel that hardly differs among them is divided by a hundredth of the median deviation, lest it drown others
+        where it does.
+        """
+        deviations = features.std(dim=0)
+        self.feature_means.copy_(features.mean(dim=0))
+        self.feature_deviations.copy_(deviations.clamp(min=max(1e-6, 0.01 * float(deviations.median()))))
+
     def normalized(self, images: Tensor) -> Tensor:
-        """Return the backbone's input: images in 0..1, less ImageNet's mean, over its deviation, in its precision."""
-        mean, deviation = (images.new_tensor(v).view(3, 1, 1) for v in (_IMAGENET_MEAN, _IMAGENET_DEVIATION))
+        """Return the backbone's input: images in 0..1, less its mean, over its deviation, in its precision."""
+        told = (self.backbone.mean, self.backbone.deviation)
+        mean, deviation = (images.new_tensor(values).view(3, 1, 1) for values in told)
         normal: Tensor = (images - mean) / deviation
         return normal.to(self.positions.codes.dtype)
 
     def tokens(self, features: Tensor) -> Tensor:
         """Project ``features`` ``[n, rows, columns, channels]`` to the width of a token and add the position codes."""
+        if self.settings.standardized:
+            features = (features - self.feature_means) / self.feature_deviations
         codes: Tensor = self.positions(*features.shape[1:3])
         tokens = codes.permute(0, 2, 3, 1)
         for part, projection in zip(

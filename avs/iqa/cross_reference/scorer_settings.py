@@ -5,13 +5,17 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
+from pydantic import Field, NonNegativeFloat, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
 
 from avs.iqa.resizing import ResizeSettings
 from avs.representations.kinds import AnyRepresentationSettings
 from avs.system.models import StrictModel
 
-BACKBONE_OF = {"repvit": "repvit_m0_9", "dinov2": "vit_small_patch14_dinov2"}
+BACKBONE_OF = {
+    "lite0": "tf_efficientnet_lite0",
+    "repvit": "repvit_m0_9",
+    "dinov2": "vit_small_patch14_dinov2",
+}
 """The scorers that a run can train, and the image encoder that gives each its name."""
 
 PUBLISHED = {"dinov2": "crossscore"}
@@ -48,6 +52,11 @@ class NetworkSettings(StrictModel):
     hidden: PositiveInt = Field(default=256, description="width of the decoder's feed-forward layers")
     position_size: int = Field(default=40, ge=2, description="side of the grid of random position codes")
     position_seed: NonNegativeInt = Field(default=0, description="seed of the position codes")
+    standardized: bool = Field(
+        default=False,
+        description="bring each of the backbone's channels to mean 0 and deviation 1 over the training images, so that "
+        "feature maps count alike beside the position codes",
+    )
 
     @model_validator(mode="after")
     def _heads_divide(self) -> Self:
@@ -66,6 +75,17 @@ class RepViTSettings(NetworkSettings):
     )
 
 
+class EfficientNetLite0Settings(NetworkSettings):
+    """The network of Ours-EfficientNet-Lite0: the paper's, on a backbone as fast, whose weights come by pip."""
+
+    backbone: Literal["tf_efficientnet_lite0"] = Field(default="tf_efficientnet_lite0", description="image encoder")
+    standardized: bool = Field(
+        default=True,
+        description="bring each of the backbone's channels to mean 0 and deviation 1 over the training images; as they "
+        "are, the deviations at the four taps are 8.6, 6.3, 4.6 and 1.8, beside 1 of the position codes",
+    )
+
+
 class DINOv2Settings(NetworkSettings):
     """The network of CrossScore and Ours-DINOv2: the backbone's own tokens, not projected."""
 
@@ -76,7 +96,7 @@ class DINOv2Settings(NetworkSettings):
     hidden: PositiveInt = Field(default=384, description="width of the decoder's feed-forward layers")
 
 
-AnyNetwork = Annotated[RepViTSettings | DINOv2Settings, Field(discriminator="backbone")]
+AnyNetwork = Annotated[RepViTSettings | EfficientNetLite0Settings | DINOv2Settings, Field(discriminator="backbone")]
 
 
 class RenderSettings(StrictModel):
@@ -118,11 +138,13 @@ class TrainingSettings(StrictModel):
     """Optimisation of the network. The length is in steps, never in seconds, so that a run can be repeated."""
 
     backbone_weights: Literal["auto", "pretrained", "scratch"] = Field(
-        default="auto",
-        description="pretrained weights from a local file if there is one, always (else it is an error), or never",
+        default="pretrained",
+        description="those of a local file, without which the row of the method that uses the scorer holds the reason "
+        "alone; those if there are some, else random ones; or random ones",
     )
     backbone_tag: str | None = Field(
-        default=None, description="which of timm's pretrained weights; null: dist_450e_in1k, lvd142m for DINOv2"
+        default=None,
+        description="which of timm's pretrained weights; null: dist_450e_in1k for RepViT, lvd142m for DINOv2",
     )
     backbone_frozen: bool | None = Field(
         default=None, description="keep the backbone as it is; null: keep it if and only if it is pretrained"
@@ -153,12 +175,19 @@ class TrainingSettings(StrictModel):
     warmup: NonNegativeInt = Field(
         default=0, description="steps at the start in which the learning rate grows linearly"
     )
+    centered: NonNegativeFloat = Field(
+        default=0.0,
+        description="weight of a second term, the error of image scores less the mean of their set: renderings of one "
+        "moment, as the candidates of a choice are; 0 leaves it out, as CrossScore does",
+    )
     evaluations: PositiveInt = Field(default=5, description="number of times the held-out error is measured")
 
     @model_validator(mode="after")
     def _sets_divide(self) -> Self:
         if self.batch % self.queries_per_set:
             raise ValueError(f"queries_per_set ({self.queries_per_set}) must divide batch ({self.batch})")
+        if self.centered and self.queries_per_set < 2:
+            raise ValueError("centered compares the queries of a set: queries_per_set must be 2 or more")
         return self
 
 

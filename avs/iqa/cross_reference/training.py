@@ -127,6 +127,8 @@ def fit(
         network.backbone.requires_grad_(False).eval()
         if source is None:
             _calibrate(network, scenes, training, device)
+    if settings.network.standardized:
+        _standardize(network, scenes, training, device)
     features = _encoder(network, device) if frozen else None
     cached = features if training.cache_features else None
     sampler = Sampler(scenes, training, np.random.default_rng([settings.seed, 0]), cached)
@@ -154,9 +156,12 @@ def _optimise(
     for step in range(1, training.steps + 1):
         network.train()
         network.backbone.train(not frozen)
-        error = loss(network, sampler.batch().to(device))
+        batch = sampler.batch().to(device)
+        predicted = predicted_maps(network, batch)
+        error = functional.l1_loss(predicted, batch.maps)
         optimizer.zero_grad()
-        error.backward()  # type: ignore[no-untyped-call]
+        total = error + training.centered * centered_loss(predicted, batch.maps) if training.centered else error
+        total.backward()  # type: ignore[no-untyped-call]
         optimizer.step()
         schedule.step()
         recent.append(float(error.detach()))
@@ -167,8 +172,8 @@ def _optimise(
             recent.clear()
 
 
-def loss(network: CrossReferenceNetwork, batch: Batch) -> Tensor:
-    """Return the mean absolute error of the predicted SSIM maps, CrossScore's training loss.
+def predicted_maps(network: CrossReferenceNetwork, batch: Batch) -> Tensor:
+    """Return the predicted SSIM maps of a batch's queries, ``[s, q, crop, crop]``.
 
     The batch holds pixels, or features of the network's backbone.
     """
@@ -180,7 +185,26 @@ def loss(network: CrossReferenceNetwork, batch: Batch) -> Tensor:
     absent = None
     if not bool(batch.present.all()):
         absent = (~batch.present).repeat_interleave(memory.shape[1] // batch.present.shape[1], dim=1)
-    return functional.l1_loss(network.predict(queries, memory, absent), batch.maps.flatten(0, 1))
+    return network.predict(queries, memory, absent).view_as(batch.maps)
+
+
+def loss(network: CrossReferenceNetwork, batch: Batch) -> Tensor:
+    """Return the mean absolute error of the predicted SSIM maps, CrossScore's training loss."""
+    return functional.l1_loss(predicted_maps(network, batch), batch.maps)
+
+
+def centered_loss(predicted: Tensor, true: Tensor) -> Tensor:
+    """Return the mean absolute error of scores less the mean of their set.
+
+    The queries of a set are renderings of one moment. What it adds to the loss of maps is the order among them, which a
+    choice depends on; nine tenths of the variance of scores lie between moments.
+
+    Args:
+        predicted: maps ``[s, q, crop, crop]``.
+        true: likewise.
+    """
+    scores, truth = predicted.mean(dim=(2, 3)), true.mean(dim=(2, 3))
+    return functional.l1_loss(scores - scores.mean(dim=1, keepdim=True), truth - truth.mean(dim=1, keepdim=True))
 
 
 @torch.inference_mode()
@@ -207,12 +231,27 @@ def _calibrate(
 ) -> None:
     """Give a random backbone's batch norms the statistics of training images; without them its features fade away."""
     open_residual_branches(network.backbone)
-    sampler = Sampler(scenes, training, np.random.default_rng(0))
-    batches = (sampler.batch().to(device) for _ in range(_CALIBRATION_BATCHES))
-    images = [torch.cat([batch.queries.flatten(0, 1), batch.references.flatten(0, 1)]) for batch in batches]
     with torch.no_grad():
-        update_bn([network.normalized(batch) for batch in images], network.backbone)
+        update_bn([network.normalized(batch) for batch in _images(scenes, training, device)], network.backbone)
     network.backbone.eval()
+
+
+@torch.no_grad()
+def _standardize(
+    network: CrossReferenceNetwork, scenes: list[Distortions], training: TrainingSettings, device: str
+) -> None:
+    """Give the network the means and deviations of its backbone's channels over training images."""
+    network.backbone.eval()
+    features = [network.features(batch).flatten(0, 2) for batch in _images(scenes, training, device)]
+    network.standardize(torch.cat(features))
+
+
+def _images(scenes: list[Distortions], training: TrainingSettings, device: str) -> Iterator[Tensor]:
+    """Yield some batches of crops of renderings and photographs, the same at each call."""
+    sampler = Sampler(scenes, training, np.random.default_rng(0))
+    for _ in range(_CALIBRATION_BATCHES):
+        batch = sampler.batch().to(device)
+        yield torch.cat([batch.queries.flatten(0, 1), batch.references.flatten(0, 1)])
 
 
 def _encoder(network: CrossReferenceNetwork, device: str) -> Callable[[Tensor], Tensor]:

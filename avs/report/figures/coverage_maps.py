@@ -13,7 +13,7 @@ import numpy.typing as npt
 from avs.coverage.coverage_record import Coverage
 from avs.coverage.episode_coverage import DISTANCE
 from avs.report.figures.cloud_rendering import coloured, magnified, painted, project
-from avs.report.figures.over_views import STYLE, draw_notice, save_figure
+from avs.report.figures.figure_files import STYLE, draw_notice, save_figure
 from avs.report.formats.plain_text import one_line
 from avs.report.methods import presented
 from avs.scene.cameras import Cameras

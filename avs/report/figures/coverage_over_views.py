@@ -12,13 +12,14 @@ from avs.nvs.record import Episode
 from avs.report.collect import Cell, read_episodes
 from avs.report.collect_coverage import Coverages, paths_by_dataset, read_coverages, with_coverage
 from avs.report.figures.curves import Panel, Values, panels
-from avs.report.figures.over_views import Wording, draw_notice, draw_over_views
+from avs.report.figures.figure_files import draw_notice
+from avs.report.figures.over_views import Wording, draw_over_views
 
 _WORDING = Wording("median SCR (%)", "difference to the\nmean of methods (%)", "all views")
 
 
 def write_coverage_over_views(
-    episodes: Sequence[Path], records: Sequence[Path], methods: Sequence[str], out: Path
+    episodes: Sequence[Path], records: Sequence[Path], methods: Sequence[str], out: Path, reference: str | None = None
 ) -> None:
     """Write ``out`` with the suffixes ``.pdf`` and ``.png``: a pair of panels for each data set and budget.
 
@@ -32,13 +33,14 @@ def write_coverage_over_views(
         records: their ``coverage.json`` files.
         methods: identifiers of the methods, in the order of the legend.
         out: path of the figure without suffix.
+        reference: the method that the tables compare with, or None.
 
     Raises:
         UserError: no episodes; or a record is missing, damaged, or not comparable with the others of its data set.
     """
     drawn = coverage_panels(episodes, records, methods)
     if drawn:
-        draw_over_views(drawn, methods, _WORDING, out)
+        draw_over_views(drawn, reference, _WORDING, out)
     else:
         draw_notice("No coverage is measured: no scene has a reference cloud, or no record is there.", out)
 

@@ -22,6 +22,7 @@ class Curve:
     Attributes:
         method: identifier.
         label: printed name.
+        group: row group in the tables, such as 3D-based.
         views: ``[n]`` numbers of captured views, ascending.
         mean: ``[n]`` decibels or another unit, mean over seeds and scenes, or median over scenes.
         difference: ``[n]`` in the same unit, mean difference to the mean of the methods in the same scene with the same
@@ -32,6 +33,7 @@ class Curve:
 
     method: str
     label: str
+    group: str
     views: npt.NDArray[np.int64]
     mean: npt.NDArray[np.float64]
     difference: npt.NDArray[np.float64]
@@ -96,19 +98,18 @@ def _panel(episodes: Episodes, budget: int, values: Values, middle: Callable[[Se
     names = f"{len(scenes)} scenes" if len(scenes) > 1 else next(iter(scenes))
     title = f"{episodes.dataset}: {names}, {len(seeds)} seed{'s' if len(seeds) > 1 else ''}"
     measured = {method: {cell: values(found[cell]) for cell in shared} for method, found in cells.items()}
-    labels = {method: next(iter(of_method.values())).label for method, of_method in cells.items()}
+    told = {method: next(iter(of_method.values())) for method, of_method in cells.items()}
     ranked = {
         method: measured[method] for method, of_method in cells.items() if of_method[shared[0]].group not in UNRANKED
     }
     reference = list((ranked or measured).values())
     over = printed_over(len(scenes), min(sum(cell[0] == scene for cell in shared) for scene in scenes))
-    curves = [_curve(method, labels[method], measured[method], reference, shared, over, middle) for method in cells]
+    curves = [_curve(told[method], measured[method], reference, shared, over, middle) for method in cells]
     return Panel(title, over, curves)
 
 
 def _curve(
-    method: str,
-    label: str,
+    told: Episode,
     own: dict[Cell, Mapping[int, float]],
     methods: list[dict[Cell, Mapping[int, float]]],
     cells: list[Cell],
@@ -134,8 +135,9 @@ def _curve(
         bands.append(None if over is None else interval(centred, over))
     known = [band for band in bands if band is not None]
     return Curve(
-        method,
-        label,
+        told.method,
+        told.label,
+        told.group,
         np.array(views, dtype=np.int64),
         np.array(mean),
         np.array(difference),

@@ -1,4 +1,4 @@
-"""Draws curves over the number of captured views in the house's style, and what figures share of it."""
+"""Draws curves over the number of captured views: a pair of plots for each set of scenes, names at the lines' ends."""
 
 from __future__ import annotations
 
@@ -8,52 +8,25 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from avs.report.figures.curves import Curve, Panel
+from avs.report.figures.end_labels import EndLabel, label_ends
+from avs.report.figures.figure_files import STYLE, save_figure
+from avs.report.figures.method_lines import emphasised, line_styles
+from avs.report.figures.picture_grid import shortened
 from avs.report.formats.plain_text import one_line
 from avs.report.intervals import CONFIDENCE
-from avs.report.methods import presented
-from avs.system.files import atomic_path
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# The palette of Okabe and Ito, which readers with any colour vision tell apart, with two colours of Tol's; lines differ
-# in dashes as well, for print without colour. The methods that the paper proposes are solid, thicker and in front.
-_PROPOSED_COLOURS = ("#D55E00", "#000000")
-# Upper references: grey, thin and behind, told apart by their dashes.
-_UNRANKED_COLOURS = ("#888888", "#888888", "#333333", "#333333", "#888888", "#bbbbbb")
-_UNRANKED_DASHES = ((0, (1, 1)), (0, (4, 2)), (0, (2, 1)), (0, (5, 1, 1, 1)), (0, (8, 2)), (0, (3, 1, 1, 1, 1, 1)))
-_OTHER_COLOURS = ("#0072B2", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#777777", "#882255", "#999933")
-# Those with which one colour comes again, three places on in the circle, do not look the same.
-_DASHES = ((0, (5, 1.5)), (0, (1, 1.2)), (0, (4, 1.2, 1, 1.2)), (0, (3, 1, 1, 1, 1, 1)), (0, (8, 2)))
-
-_MOST_COLUMNS = 3
-_PANEL_SIZE = (3.2, 4.0)  # inches
-_LEGEND_LINE, _LEGEND_LETTER = 0.4, 0.048  # inches: a line with its margins, and a letter of its label
-_MOST_OF_BANDS = 4.0  # times the farthest curve from zero
-STYLE: dict[Any, Any] = {
-    "font.size": 8,
-    "axes.titlesize": 8,
-    "axes.linewidth": 0.6,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.axisbelow": True,
-    "axes.grid": True,
-    "grid.linewidth": 0.4,
-    "grid.color": "#DDDDDD",
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "legend.frameon": False,
-    "legend.fontsize": 7.5,
-    "text.parse_math": False,  # labels come from records: a dollar sign is one
-    "pdf.fonttype": 42,  # TrueType: text stays text
-    "savefig.dpi": 200,
-}
-# Without dates and versions equal figures are equal bytes.
-_METADATA: dict[str, dict[str, None]] = {
-    ".pdf": {"CreationDate": None, "Creator": None, "Producer": None},
-    ".png": {"Software": None},
-}
+_COLUMNS = 2
+_LEFT, _PLOT, _LETTER = 0.64, 1.86, 0.05  # inches: what stands left of a plot, the plot, and a letter of a label
+_NUMBERS = 0.36  # inches for the numbers of an axis
+_MOST_LETTERS, _LEADER = 22, 0.14  # of a label; inches of the line that leads to it
+_TITLE, _BETWEEN, _BELOW = 0.2, 0.16, 0.34  # inches
+_UPPER, _LEAST_LOWER, _LABEL = 1.35, 1.1, 0.098  # inches: heights of the plots, and of a label
+_LEGEND = 0.3  # inches
+_MOST_OF_BANDS = 1.6  # times the farthest curve from zero
 
 
 @dataclass(frozen=True)
@@ -71,12 +44,25 @@ class Wording:
     end: str
 
 
-def draw_over_views(drawn: Sequence[Panel], methods: Sequence[str], wording: Wording, out: Path) -> None:
+@dataclass(frozen=True)
+class _Layout:
+    """Sizes in inches: the label column, one panel with its labels, the lower plot, one row of panels."""
+
+    labels: float
+    width: float
+    lower: float
+    row: float
+
+
+def draw_over_views(drawn: Sequence[Panel], reference: str | None, wording: Wording, out: Path) -> None:
     """Write ``out`` with the suffixes ``.pdf`` and ``.png``: a pair of panels for each data set and budget.
+
+    The upper plot has the curves, the lower one their differences to the mean of the methods, with the name of each
+    method at the end of its line. Emphasised are the reference method and the best two, with their intervals.
 
     Args:
         drawn: the panels.
-        methods: identifiers of the methods, in the order of the legend.
+        reference: identifier of the method that the tables compare with, or None.
         wording: what the figure says.
         out: path of the figure without suffix.
     """
@@ -84,114 +70,121 @@ def draw_over_views(drawn: Sequence[Panel], methods: Sequence[str], wording: Wor
     from matplotlib.figure import Figure
 
     with mpl.rc_context(STYLE):
-        columns = max(1, min(len(drawn), _MOST_COLUMNS))
-        size = (max(_PANEL_SIZE[0] * columns, 4.2), _PANEL_SIZE[1] * -(-len(drawn) // columns) + 0.4)
-        figure = Figure(figsize=size, layout="constrained")
-        _draw(figure, drawn, methods, columns, wording)
+        columns = max(1, min(len(drawn), _COLUMNS))
+        rows = -(-len(drawn) // columns)
+        layout = _layout(drawn)
+        figure = Figure(figsize=(columns * layout.width, rows * layout.row + _LEGEND))
+        for index, panel in enumerate(drawn):
+            row, column = divmod(index, columns)
+            _draw_panel(figure, panel, reference, wording, layout, (column * layout.width, row * layout.row))
+        _legend(figure, drawn, wording.end)
         save_figure(figure, out)
 
 
-def draw_notice(text: str, out: Path) -> None:
-    """Write a figure that says why there is nothing to draw, in place of one."""
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
-
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(6.0, 1.0))
-        figure.text(0.02, 0.5, text, va="center", wrap=True)
-        save_figure(figure, out)
+def _layout(drawn: Sequence[Panel]) -> _Layout:
+    letters = max((len(_label(curve)) for panel in drawn for curve in panel.curves), default=0)
+    labels = _LEADER + 0.04 + letters * _LETTER
+    lower = max(_LEAST_LOWER, _LABEL * max((len(panel.curves) for panel in drawn), default=0))
+    row = _TITLE + _UPPER + _BETWEEN + lower + _BELOW
+    return _Layout(labels, _LEFT + _PLOT + labels, lower, row)
 
 
-def save_figure(figure: Figure, out: Path) -> None:
-    """Write a figure to ``out`` with the suffixes ``.pdf`` and ``.png``; equal figures give equal bytes."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-    FigureCanvasAgg(figure)
-    for suffix, metadata in _METADATA.items():
-        with atomic_path(out.with_name(out.name + suffix)) as temporary:
-            figure.savefig(temporary, format=suffix[1:], metadata=dict(metadata))
+def _label(curve: Curve) -> str:
+    return shortened(one_line(curve.label), _MOST_LETTERS)
 
 
-def _draw(figure: Figure, drawn: Sequence[Panel], methods: Sequence[str], columns: int, wording: Wording) -> None:
-    styles = method_styles(methods)
-    rows = -(-len(drawn) // columns)
-    axes = figure.subplots(2 * rows, columns, squeeze=False, gridspec_kw={"height_ratios": [3, 2] * rows})
-    labels: dict[str, str] = {}
-    for index in range(rows * columns):
-        row, column = divmod(index, columns)
-        upper, lower = axes[2 * row][column], axes[2 * row + 1][column]
-        if index >= len(drawn):
-            upper.remove()
-            lower.remove()
-            continue
-        if index > 0:
-            lower.sharey(axes[1][0])  # differences are to be compared across panels
-        for curve in drawn[index].curves:
-            labels[curve.method] = one_line(curve.label)
-            _draw_curve(upper, lower, curve, styles[curve.method])
-        _dress(upper, lower, drawn[index], wording if column == 0 else None)
-    entries = [(labels[method], styles[method]) for method in methods if method in labels]
-    _legend(figure, entries, wording.end)
+def _draw_panel(
+    figure: Figure,
+    panel: Panel,
+    reference: str | None,
+    wording: Wording,
+    layout: _Layout,
+    corner: tuple[float, float],
+) -> None:
+    """Draw one pair of plots; ``corner`` is its upper left one, in inches from that of the figure."""
+    left, top = corner[0] + _LEFT, corner[1] + _TITLE
+    upper = _axes(figure, (left, top, _PLOT, _UPPER))
+    lower = _axes(figure, (left, top + _UPPER + _BETWEEN, _PLOT, layout.lower))
+    styles, strong = line_styles(panel.curves, reference), emphasised(panel.curves, reference)
+    for curve in panel.curves:
+        _draw_curve(upper, lower, curve, styles[curve.method], banded=curve.method in strong)
+    _dress(upper, lower, panel, wording)
+    for axes, height, values, shown in (
+        (upper, _UPPER, "mean", strong),
+        (lower, layout.lower, "difference", [curve.method for curve in panel.curves]),
+    ):
+        labels = [
+            EndLabel(
+                _label(curve),
+                (float(curve.views[-1]), float(getattr(curve, values)[-1])),
+                styles[curve.method]["color"],
+                curve.method in strong,
+            )
+            for curve in panel.curves
+            if curve.method in shown and len(curve.views)
+        ]
+        label_ends(axes, labels, _LABEL / height, _LEADER / _PLOT)
 
 
-def _draw_curve(upper: Axes, lower: Axes, curve: Curve, style: dict[str, Any]) -> None:
-    dot = {"color": style["color"], "zorder": style["zorder"], "markersize": 3.0}
+def _axes(figure: Figure, box: tuple[float, float, float, float]) -> Axes:
+    """Return axes in a box: inches from the left and from the upper edge, width and height."""
+    width, height = figure.get_size_inches()
+    left, top, wide, high = box
+    return figure.add_axes((left / width, 1 - (top + high) / height, wide / width, high / height))
+
+
+def _draw_curve(upper: Axes, lower: Axes, curve: Curve, style: dict[str, Any], banded: bool) -> None:
+    dot = {"color": style["color"], "zorder": style["zorder"], "markersize": 2.5}
     for axes, values in ((upper, curve.mean), (lower, curve.difference)):
         axes.plot(curve.views, values, **style)
         axes.plot(curve.views[-1:], values[-1:], "o", clip_on=False, **dot)
-    if curve.low is not None and curve.high is not None:
+    if banded and curve.low is not None and curve.high is not None:
         lower.fill_between(curve.views, curve.low, curve.high, color=style["color"], alpha=0.13, linewidth=0)
 
 
-def _dress(upper: Axes, lower: Axes, panel: Panel, wording: Wording | None) -> None:
+def _dress(upper: Axes, lower: Axes, panel: Panel, wording: Wording) -> None:
     from matplotlib.ticker import MaxNLocator
 
-    upper.set_title(panel.title, loc="left")
+    upper.set_title(panel.title, loc="left", fontsize=7.5, pad=3)
     upper.sharex(lower)
     upper.tick_params(labelbottom=False)
-    lower.set_xlabel("captured views")
-    if panel.over is not None:
-        lower.set_title(f"band: {CONFIDENCE:.0%} interval over {panel.over}", loc="right", fontsize=6.5, pad=2)
+    lower.set_xlabel("captured views", fontsize=7, labelpad=1)
     # Of two seeds or scenes an interval can be ten times as wide as all curves together: it may leave the frame.
     reach = max((abs(value) for curve in panel.curves for value in curve.difference), default=0.0)
     low, high = lower.get_ylim()
-    if reach > 0:
+    if reach == 0:  # of a single method
+        lower.set_ylim(-1.0, 1.0)
+    else:
         lower.set_ylim(max(low, -_MOST_OF_BANDS * reach), min(high, _MOST_OF_BANDS * reach))
     lower.axhline(0.0, color="#999999", linewidth=0.6, zorder=1)
     lower.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 4, 5, 10]))
-    if wording is not None:
-        upper.set_ylabel(wording.upper)
-        lower.set_ylabel(wording.lower)
+    for axes, text in ((upper, wording.upper), (lower, wording.lower)):
+        axes.set_ylabel(text, fontsize=7)
+        axes.yaxis.set_label_coords(-_NUMBERS / _PLOT, 0.5)
+        axes.tick_params(labelsize=6.5, pad=2)
+    if panel.over is not None:
+        told = f"band: {CONFIDENCE:.0%} interval over {panel.over}"
+        lower.set_title(told, loc="right", fontsize=5.5, color="#555555", pad=2)
 
 
-def _legend(figure: Figure, entries: Sequence[tuple[str, dict[str, Any]]], end: str) -> None:
+def _legend(figure: Figure, drawn: Sequence[Panel], end: str) -> None:
+    """Say at the foot what colours and the dot mean."""
     from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
 
-    handles: list[Line2D | Patch] = [Line2D([], [], label=label, **style) for label, style in entries]
-    handles.append(Line2D([], [], marker="o", color="#999999", markersize=3, linestyle="", label=end))
-    handles.append(Patch(color="#999999", alpha=0.3, linewidth=0, label=f"{CONFIDENCE:.0%} interval"))
-    longest = max(len(str(handle.get_label())) for handle in handles)
-    columns = max(1, int(figure.get_figwidth() / (_LEGEND_LINE + longest * _LEGEND_LETTER)))
-    figure.legend(handles=handles, loc="outside lower center", ncols=min(columns, len(handles)))
+    from avs.report.figures.method_lines import legend_styles
 
-
-def method_styles(methods: Sequence[str]) -> dict[str, dict[str, Any]]:
-    """Return the line style of each method, fixed by its place in ``methods``."""
-    shown = [presented(method) for method in methods]
-    proposed = [method.identifier for method in shown if method.proposed]
-    unranked = [method.identifier for method in shown if not method.ranked]
-    others = [method.identifier for method in shown if method.ranked and not method.proposed]
-    styles: dict[str, dict[str, Any]] = {}
-    for index, method in enumerate(proposed):
-        colour = _PROPOSED_COLOURS[index % len(_PROPOSED_COLOURS)]
-        styles[method] = {"color": colour, "linestyle": "-", "linewidth": 2.0, "zorder": 5}
-    for index, method in enumerate(unranked):
-        place = index % len(_UNRANKED_COLOURS)
-        line = {"color": _UNRANKED_COLOURS[place], "linestyle": _UNRANKED_DASHES[place]}
-        styles[method] = {**line, "linewidth": 1.0, "zorder": 2}
-    for index, method in enumerate(others):
-        # After one round the colours meet other dashes, because their numbers have no common divisor.
-        colour, dashes = _OTHER_COLOURS[index % len(_OTHER_COLOURS)], _DASHES[index % len(_DASHES)]
-        styles[method] = {"color": colour, "linestyle": dashes, "linewidth": 1.2, "zorder": 3}
-    return styles
+    styles = legend_styles([curve for panel in drawn for curve in panel.curves])
+    handles = [Line2D([], [], label=name, **style) for name, style in styles.items()]
+    handles.append(Line2D([], [], marker="o", color="#555555", markersize=2.5, linestyle="", label=end))
+    columns = max(1, int(figure.get_figwidth() / 1.1))
+    figure.legend(
+        handles=handles,
+        loc="lower left",
+        bbox_to_anchor=(0.0, 0.0),
+        ncols=min(columns, len(handles)),
+        fontsize=5.8,
+        handlelength=1.4,
+        columnspacing=0.8,
+        labelspacing=0.25,
+        borderpad=0.2,
+    )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from avs.report.figures.over_views import STYLE, save_figure
+from avs.report.figures.figure_files import STYLE, save_figure
 from avs.report.formats.plain_text import one_line
 from avs.slam.evaluation.top_view import CEILING, CELL
 from avs.slam.loop.exploration_record import MAPS_HEADER, ExplorationRecord

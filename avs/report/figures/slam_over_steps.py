@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from avs.report.collect_explorations import Explorations, read_explorations
-from avs.report.figures.over_views import STYLE, method_styles, save_figure
+from avs.report.figures.figure_files import STYLE, save_figure
 from avs.report.formats.plain_text import one_line
 from avs.slam.loop.exploration_record import ExplorationRecord
 
@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _PANEL = (3.3, 2.6)  # inches
+# The palette of Okabe and Ito, which readers with any colour vision tell apart; lines differ in dashes as well.
+_COLOURS = ("#0072B2", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#D55E00")
+_DASHES = ((0, (5, 1.5)), (0, (1, 1.2)), (0, (4, 1.2, 1, 1.2)), (0, (3, 1, 1, 1, 1, 1)), "-")
+_REFERENCE: dict[str, Any] = {"color": "#888888", "linestyle": (0, (1, 1)), "linewidth": 1.0}
 
 
 def write_slam_over_steps(records: Sequence[Path], buildings: Sequence[str], methods: Sequence[str], out: Path) -> None:
@@ -57,7 +61,7 @@ def write_slam_over_steps(records: Sequence[Path], buildings: Sequence[str], met
 
 
 def _draw(axes: Axes, explorations: Explorations, building: str, methods: Sequence[str], quantity: str) -> None:
-    styles = method_styles(methods)
+    styles = _styles(explorations, methods)
     for method in methods:
         records = explorations.of(building, method)
         if not records:
@@ -68,6 +72,16 @@ def _draw(axes: Axes, explorations: Explorations, building: str, methods: Sequen
         if len(records) > 1:
             colour = styles[method]["color"]
             axes.fill_between(steps, values.min(axis=0), values.max(axis=0), color=colour, alpha=0.13, linewidth=0)
+
+
+def _styles(explorations: Explorations, methods: Sequence[str]) -> dict[str, dict[str, Any]]:
+    """Return the line style of each method, fixed by its place; upper references are grey."""
+    return {
+        method: {"color": _COLOURS[place % 6], "linestyle": _DASHES[place % 5], "linewidth": 1.4}
+        if explorations.ranked(method)
+        else _REFERENCE
+        for place, method in enumerate(methods)
+    }
 
 
 def _at(record: ExplorationRecord, quantity: str, steps: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from avs.report.document import Cell, Column, Comparison, Document
+from avs.report.document import Cell, Column, Comparison, Document, Group
 from avs.report.formats.numbers import compared, measured, signed
 from avs.report.formats.plain_text import one_line
 from metrics.definitions import Metric
@@ -38,23 +38,22 @@ def escaped(text: str) -> str:
 
 def _grid(document: Document) -> str:
     """Return the rows by group, with the best three values of each column marked."""
-    header, align = ["", "Method"], ["---", "---"]
+    header, align = ["", escaped(document.rows_are)], ["---", "---"]
     for column in document.columns:
-        titles = [_title(column.metric), *_beside(column)]
+        titles = [_over(column) + _title(column.metric), *_beside(column)]
         header += titles
         align += ["---:"] * len(titles)
     lines = [header, align]
     for group in document.groups:
         for index, row in enumerate(group.rows):
-            texts = [escaped(group.name) if index == 0 else "", escaped(row.label)]
+            texts = [_heading(group) if index == 0 else "", escaped(row.label)]
             for column, cell in zip(document.columns, row.cells, strict=True):
-                texts += _texts(column, cell)
+                texts += _texts(column, cell, (group.metric or column.metric).decimals)
             lines.append(texts)
     return _pipe(lines)
 
 
-def _texts(column: Column, cell: Cell) -> list[str]:
-    decimals = column.metric.decimals
+def _texts(column: Column, cell: Cell, decimals: int) -> list[str]:
     value = measured(cell, decimals, " ± ")
     if value is None:
         texts = [escaped(cell.cause) if cell.cause else _DASH]
@@ -82,6 +81,15 @@ def _beside(column: Column) -> list[str]:
     """Return the headings of what stands beside a column."""
     headings = [escaped(column.published)] if column.published else []
     return [*headings, "difference"] if column.difference else headings
+
+
+def _over(column: Column) -> str:
+    return "" if column.over is None else f"{escaped(column.over)}: "
+
+
+def _heading(group: Group) -> str:
+    """Return the heading of a group, with the metric that all of its numbers are."""
+    return " ".join([*([escaped(group.name)] if group.name else []), *([_title(group.metric)] if group.metric else [])])
 
 
 def _title(metric: Metric) -> str:

@@ -10,8 +10,8 @@ EXTRA_DECIMALS = 2
 
 def measured(cell: Cell, decimals: int, plus_minus: str) -> str | None:
     """Return the value, with the spread where there is one, or None if the value is missing."""
-    if cell.value is None:
-        return None
+    if cell.text is not None or cell.value is None:
+        return cell.text
     value = f"{round(cell.value, decimals) + 0.0:.{decimals}f}"  # what rounds to zero has no sign
     return value if cell.spread is None else f"{value}{plus_minus}{cell.spread:.{decimals}f}"
 

@@ -7,17 +7,18 @@ from pathlib import Path
 
 from avs.report.collect import Episodes, read_dataset
 from avs.report.collect_coverage import Coverages, read_coverages
-from avs.report.document import Cell, Column, Document, Group, Listing, Row
+from avs.report.document import Cell, Document, Group, Listing, Row
 from avs.report.formats.numbers import EXTRA_DECIMALS, plain
 from avs.report.formats.writing import write_document
 from avs.report.machines import machine_notes
 from avs.report.methods import presented
-from avs.report.published import PRINTED_NAMES, Published, published_note, read_published, why_no_difference
+from avs.report.published import called, published_note, read_published
 from avs.report.tables.arrangement import arranged
 from avs.report.tables.coverage_agreement import TWINS, CoverageAgreement, agreement_listing, agreements
 from avs.report.tables.episode_entries import entry_cells, entry_listing, has_spread
 from avs.report.tables.episode_gaps import incomplete
 from avs.report.tables.episode_notes import equal_views, grouped_notes, own_schedules
+from avs.report.tables.published_columns import published_column, why_no_mean_difference
 from avs.report.tables.reference_differences import comparison, comparison_notes, fewer_compared, listed_differences
 from avs.report.tables.scene_coverage_numbers import columns_of, coverage_value, quantities_of
 from avs.report.tables.table_notes import (
@@ -98,12 +99,12 @@ def scene_coverage(
         UserError: the published values cannot be read.
     """
     paper = None if published is None else read_published(published)
-    why_not = None if paper is None else _why_no_difference(paper, episodes)
+    why_not = None if paper is None else why_no_mean_difference(paper, episodes, {})
     compared_with = reference if reference in episodes.cells else None
     quantities, metrics = quantities_of(coverages), columns_of(coverages)
     numbers = summarise_episodes(episodes, methods, compared_with, absent, quantities)
     rows = [presented(method, episodes) for method in methods]
-    columns = tuple(_column(metric, paper, why_not) for metric in metrics)
+    columns = tuple(published_column(metric, paper, why_not) for metric in metrics)
     beside = {} if paper is None else paper.values
     cells = {method: entry_cells(metrics, method, numbers[method], beside) for method in methods}
     reasons = {method: {metric: entry.missing for metric, entry in row.items()} for method, row in numbers.items()}
@@ -140,25 +141,12 @@ def scene_coverage(
     )
 
 
-def _why_no_difference(paper: Published, episodes: Episodes) -> str | None:
-    budgets = {episode.budget for episode in episodes.all}
-    protocol = episodes.all[0].protocol
-    return why_no_difference(paper.dataset, episodes.dataset, episodes.scenes, protocol, budgets, {})
-
-
-def _column(metric: Metric, paper: Published | None, why_not: str | None) -> Column:
-    if paper is None or all(identifier != metric.identifier for _, identifier in paper.values):
-        return Column(metric)
-    printed = PRINTED_NAMES.get(paper.dataset, paper.dataset)
-    return Column(metric, "published" if why_not is None else f"published, {printed}", difference=why_not is None)
-
-
 def _caption(
     episodes: Episodes, coverages: Coverages, trust: Sequence[CoverageAgreement], *, spread: bool
 ) -> list[str]:
     facts = [*scenes_and_seeds(episodes), f"{span(episode.budget for episode in episodes.all)} views"]
     sentences = [
-        f"Scene coverage by structure from motion on the data set {episodes.dataset}: {', '.join(facts)}.",
+        f"Scene coverage by structure from motion on the data set {called(episodes.dataset)}: {', '.join(facts)}.",
         *_measured(coverages),
     ]
     if trust and any(each.other in TWINS.values() for each in trust):

@@ -10,6 +10,7 @@ from avs.report.document import Cell, Column, Document, Group, Listing, Row
 from avs.report.formats.numbers import plain
 from avs.report.formats.writing import write_document
 from avs.report.methods import Presented, presented
+from avs.report.published import called
 from avs.report.tables.arrangement import arranged
 from avs.report.tables.episode_notes import grouped_notes
 from avs.report.tables.gain_reliability import Reliability, reliability, reliability_listing
@@ -119,7 +120,7 @@ def _caption(records: StateRecords, measured: Reliability | None) -> list[str]:
     order = next(iter(records.cells.values())).settings["order"]
     number = len(list(records.states))
     sentences = [
-        f"Rank correlation of each method's scores with the truth on the data set {records.dataset}, at "
+        f"Rank correlation of each method's scores with the truth on the data set {called(records.dataset)}, at "
         f"{count(number, 'common state')}: {count(len(records.scenes), 'scene')} ({', '.join(records.scenes)}), "
         f"{count(len(records.seeds), 'seed')} ({', '.join(map(str, records.seeds))}), "
         f"{', '.join(map(str, views))} captured views.",

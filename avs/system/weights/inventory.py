@@ -7,7 +7,7 @@ from pathlib import Path
 
 from avs.system.errors import UserError
 from avs.system.files import file_hash
-from avs.system.weights.cache import COMMAND, damage, find, folder, locate, recorded_hash
+from avs.system.weights.cache import damage, find, folder, locate, recorded_hash, remedy
 from avs.system.weights.manifest import MANIFEST, Weights
 from avs.system.weights.reading import read_fault
 
@@ -19,7 +19,7 @@ def listing() -> list[str]:
         size = "size told when fetched" if entry.bytes is None else f"{entry.bytes / 1e6:.0f} MB"
         hashed = "hash unknown" if entry.sha256 is None else f"sha256 {entry.sha256[:8]}"
         there = locate(name)
-        place = f"absent: {COMMAND} {name}" if there is None else f"present: {there}"
+        place = f"absent: {remedy(name)}" if there is None else f"present: {there}"
         lines += [
             f"{name}: {place}",
             f"    {entry.url}",
@@ -51,7 +51,7 @@ def check(names: Sequence[str], report: Callable[[str], None]) -> None:
         if fault is not None and (path is not None or names):
             faulty.append(name)
     if faulty:
-        raise UserError(f"weights {', '.join(faulty)}", "damaged or absent", f"{COMMAND} {' '.join(faulty)}")
+        raise UserError(f"weights {', '.join(faulty)}", "damaged or absent", remedy(*faulty))
 
 
 def _certainty(entry: Weights, path: Path) -> str:

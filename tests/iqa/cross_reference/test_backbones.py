@@ -1,12 +1,24 @@
+import numpy as np
 import pytest
 import torch
+from PIL import Image
 from safetensors.torch import save_file
 
 from avs.iqa.cross_reference.backbone_weights import find_weights
-from avs.iqa.cross_reference.backbones import REPVIT_TAPS, DINOv2, RepViT, fused, open_residual_branches
+from avs.iqa.cross_reference.backbones import (
+    REPVIT_TAPS,
+    DINOv2,
+    EfficientNetLite0,
+    RepViT,
+    fused,
+    open_residual_branches,
+)
+from avs.iqa.cross_reference.efficientnet_names import timm_names
 from avs.system.compatibility import prepare_torchvision
 from avs.system.errors import UserError
+from avs.system.weights import verified
 from avs.system.weights.cache import VARIABLE
+from avs.system.weights.reading import read_state
 from tests.tolerances import FLOAT32_TRANSFORMER, FUSED_CONVOLUTIONS
 
 
@@ -149,6 +161,64 @@ def test_tokens_of_a_random_dinov2_differ_from_one_another():
         (features,) = backbone(images)
     tokens = features.flatten(2).transpose(1, 2).flatten(0, 1)
     assert float(tokens.std(dim=0).mean()) > 0.3 * float(tokens.square().mean().sqrt())
+
+
+@pytest.fixture(scope="module")
+def lite0_weights():
+    """The file of the package; it is one of the packages that are installed for the tests."""
+    return verified("efficientnet-lite0")
+
+
+@pytest.fixture(scope="module")
+def lite0_model(lite0_weights):
+    prepare_torchvision()
+    import timm
+
+    model = timm.create_model("tf_efficientnet_lite0", pretrained=False).eval()
+    state = read_state(lite0_weights, "")
+    model.load_state_dict(timm_names(state, [len(stage) for stage in model.blocks]))  # strictly
+    return model
+
+
+def test_lite0_has_timms_feature_maps_at_half_resolutions(lite0_model, lite0_weights):
+    backbone = EfficientNetLite0(lite0_weights).eval()
+    images = torch.rand(2, 3, 70, 98, generator=torch.Generator().manual_seed(1))
+    with torch.inference_mode():
+        features = backbone(images)
+        last = lite0_model.blocks(lite0_model.bn1(lite0_model.conv_stem(images)))
+    assert torch.equal(features[-1], last)
+    assert [each.shape[1] for each in features] == list(backbone.channels) == [24, 40, 112, 320]
+    assert [tuple(each.shape[2:]) for each in features] == [(18, 25), (9, 13), (5, 7), (3, 4)]
+
+
+def test_lite0_sees_what_a_photograph_shows(lite0_model, shared_scenes):
+    """Weights under wrong names, or images normalised otherwise, would load and see nothing."""
+    path = sorted((shared_scenes / "fox" / "images").iterdir())[20]
+    image = Image.open(path).convert("RGB").resize((224, 224), Image.Resampling.BICUBIC)
+    pixels = torch.from_numpy(np.asarray(image, dtype=np.float32) / 255).permute(2, 0, 1)[None]
+    mean, deviation = EfficientNetLite0.mean[0], EfficientNetLite0.deviation[0]
+    with torch.inference_mode():
+        logits = lite0_model((pixels - mean) / deviation)
+    assert set(logits.topk(3).indices[0].tolist()) & {277, 278, 279, 280}  # ImageNet's four foxes
+
+
+def test_fused_lite0_computes_the_same(lite0_weights):
+    backbone = EfficientNetLite0(lite0_weights).eval()
+    images = torch.rand(2, 3, 56, 70, generator=torch.Generator().manual_seed(2)) * 2 - 1
+    merged = fused(backbone)
+    assert not any(isinstance(module, torch.nn.BatchNorm2d) for module in merged.modules())
+    with torch.inference_mode():
+        for expected, actual in zip(backbone(images), merged(images), strict=True):
+            torch.testing.assert_close(actual, expected, rtol=0, atol=FUSED_CONVOLUTIONS * float(expected.abs().max()))
+
+
+def test_lite0_refuses_what_is_not_its_file(lite0_weights, tmp_path):
+    truncated, foreign = tmp_path / "truncated.pth", tmp_path / "foreign.pth"
+    truncated.write_bytes(lite0_weights.read_bytes()[:1000])
+    torch.save({"stem": torch.zeros(1)}, foreign)
+    for path in (truncated, foreign):
+        with pytest.raises(UserError, match=path.name):
+            EfficientNetLite0(path)
 
 
 def test_damaged_or_foreign_weights_are_refused(weights, tmp_path):

@@ -1,5 +1,6 @@
 import json
 
+import numpy as np
 import pytest
 import safetensors.torch
 import torch
@@ -8,8 +9,8 @@ from avs.iqa.cross_reference.backbones import RepViT
 from avs.iqa.cross_reference.distortions import write_distortions
 from avs.iqa.cross_reference.network import build_network
 from avs.iqa.cross_reference.scorer_checkpoint import load_network, read_training
-from avs.iqa.cross_reference.scorer_settings import DINOv2Settings, ScorerSettings, TrainingSettings
-from avs.iqa.cross_reference.training import train
+from avs.iqa.cross_reference.scorer_settings import DINOv2Settings, RepViTSettings, ScorerSettings, TrainingSettings
+from avs.iqa.cross_reference.training import centered_loss, train
 from avs.iqa.resizing import ResizeSettings
 from avs.system.compatibility import prepare_torchvision
 from avs.system.errors import UserError
@@ -67,6 +68,24 @@ def test_training_lowers_the_error_and_repeats_to_the_bit(paths, tmp_path):
     assert training.candidate_spearman == content["held_out"]["candidate_spearman"]
 
 
+def test_centered_loss_sees_the_order_within_a_set_alone():
+    true = torch.rand(2, 3, 4, 4, generator=torch.Generator().manual_seed(0))
+    shifted = true + torch.tensor([0.3, -0.2])[:, None, None, None]
+    assert float(centered_loss(shifted, true)) == pytest.approx(0, abs=1e-6)
+    exchanged = true[:, [1, 0, 2]]
+    scores = true.double().mean(dim=(2, 3))
+    expected = (scores[:, [1, 0, 2]] - scores).abs().mean()  # means of sets are equal and drop out
+    assert float(centered_loss(exchanged, true)) == pytest.approx(float(expected), rel=1e-5)
+
+
+def test_centered_loss_is_part_of_the_training(paths, tmp_path):
+    plain = _train(paths, tmp_path / "plain", _settings(steps=2, evaluations=1))[0]
+    centered = _train(paths, tmp_path / "centered", _settings(steps=2, evaluations=1, centered=1.0))[0]
+    assert plain.read_bytes() != centered.read_bytes()
+    with pytest.raises(ValueError, match="queries_per_set must be 2 or more"):
+        TrainingSettings(centered=1.0)
+
+
 def test_frozen_random_backbone_keeps_its_convolutions(paths, tmp_path):
     weights, _, _ = _train(paths, tmp_path / "frozen", _settings(cache_features=False, steps=1, evaluations=1))
     network = load_network(weights)
@@ -90,6 +109,19 @@ def test_random_backbone_is_trained_unless_told_otherwise(paths, tmp_path):
     changed = [key for key in initial if not torch.equal(trained[key], initial[key])]
     assert "stem.conv1.c.weight" in changed
     assert "stem.conv1.bn.running_mean" in changed
+
+
+def test_standardized_channels_have_mean_0_and_deviation_1_and_are_kept(paths, toys, tmp_path):
+    network = RepViTSettings(standardized=True)
+    settings = _settings(crop=56, steps=1, evaluations=1).model_copy(update={"network": network})
+    trained = load_network(_train(paths, tmp_path / "out", settings)[0])
+    with torch.no_grad():
+        images = torch.from_numpy(np.stack(toys[0].photographs)).permute(0, 3, 1, 2) / 255
+        features = trained.features(images).flatten(0, 2)
+    standard = (features - trained.feature_means) / trained.feature_deviations
+    middle = standard.quantile(0.5, dim=1)
+    assert float(middle.abs().mean()) < 0.5
+    assert float(standard.std(dim=0).median()) == pytest.approx(1, abs=0.3)
 
 
 def test_pretrained_backbone_is_frozen_as_it_is(paths, tmp_path, monkeypatch):

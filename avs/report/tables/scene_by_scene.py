@@ -1,0 +1,148 @@
+"""View synthesis scene by scene: scenes in rows, methods in columns, a block for each metric, as the paper has it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from avs.report.collect import Episodes, read_dataset
+from avs.report.document import Cell, Column, Document, Group, Listing, Row
+from avs.report.formats.numbers import EXTRA_DECIMALS, plain
+from avs.report.formats.writing import write_document
+from avs.report.methods import Presented, presented
+from avs.report.published import MEAN, PRINTED_NAMES, Published, called, read_published
+from avs.report.tables.arrangement import in_groups, ranks
+from avs.report.tables.episode_entries import Numbers
+from avs.report.tables.episode_gaps import incomplete
+from avs.report.tables.table_notes import missing_notes, scenes_and_seeds, span, unranked_notes
+from avs.report.tables.view_synthesis_numbers import COLUMNS, scene_value, summarise_episodes
+from avs.system.reasons import Reason
+from metrics.definitions import Metric
+
+FIELDS = ("metric", "scene", "method", "value", "seeds", "published")
+"""Columns of the csv file; the scene of the means over scenes is called ``mean``."""
+
+_Papers = Mapping[str, Published]
+
+
+def write_scene_table(
+    episodes: Sequence[Path],
+    methods: Sequence[str],
+    dataset: str,
+    published: Sequence[Path],
+    out: Path,
+    absent: Mapping[str, Reason],
+) -> None:
+    """Write ``out`` with the suffixes ``.csv``, ``.md`` and ``.tex``; equal records give equal bytes.
+
+    Raises:
+        UserError: no episodes; a record is missing, damaged, of another data set or not comparable with the others; or
+            the published values cannot be read.
+    """
+    write_document(scene_by_scene(read_dataset(episodes, methods, dataset), methods, published, absent), out)
+
+
+def scene_by_scene(
+    episodes: Episodes, methods: Sequence[str], published: Sequence[Path], absent: Mapping[str, Reason]
+) -> Document:
+    """Return the table: each value is the mean over test images, then over the seeds that a method has completely.
+
+    Args:
+        episodes: the episodes of one data set.
+        methods: identifiers of the methods, in the order of columns.
+        published: files of ``results/published`` with values of the scenes and their means; the first that has a scene
+            counts.
+        absent: why a method could not run, by identifier.
+
+    Raises:
+        UserError: the published values cannot be read.
+    """
+    numbers = summarise_episodes(episodes, methods, None, absent)
+    columns = [row for _, members in in_groups([presented(each, episodes) for each in methods]) for row in members]
+    papers = _papers(published, [*episodes.scenes, MEAN])
+    reasons = {method: {name: entry.missing for name, entry in row.items()} for method, row in numbers.items()}
+    return Document(
+        label=f"scenes-{episodes.dataset}",
+        caption=(*incomplete(episodes), *_caption(episodes)),
+        columns=tuple(Column(Metric(each.identifier, each.label, None, 2, "", "")) for each in columns),
+        groups=tuple(Group("", tuple(_rows(episodes, columns, numbers, papers, metric)), metric) for metric in COLUMNS),
+        notes=tuple(
+            dict.fromkeys(
+                [*missing_notes(episodes, COLUMNS, columns, reasons), *_paper_notes(papers), *unranked_notes(columns)]
+            )
+        ),
+        listing=_listing(episodes, columns, numbers, papers),
+        rows_are="Scene",
+    )
+
+
+def _papers(published: Sequence[Path], scenes: Sequence[str]) -> dict[str, Published]:
+    """Return the paper's values by scene; scenes of which it has none are left out."""
+    found: dict[str, Published] = {}
+    for scene in scenes:
+        for path in published:
+            paper = read_published(path, scene)
+            if paper.values:
+                found.setdefault(scene, paper)
+    return found
+
+
+def _rows(
+    episodes: Episodes, columns: Sequence[Presented], numbers: Numbers, papers: _Papers, metric: Metric
+) -> list[Row]:
+    """Return the rows of one metric: each scene, then the mean, each followed by the paper's where it has one."""
+    rows = []
+    for scene in [*episodes.scenes, MEAN]:
+        values = {each.identifier: _value(episodes, each.identifier, scene, numbers, metric) for each in columns}
+        marks = ranks({each.identifier: values[each.identifier] for each in columns if each.ranked}, metric)
+        cells = tuple(Cell(value, rank=marks.get(method)) for method, value in values.items())
+        rows.append(Row("Mean" if scene == MEAN else scene, cells))
+        paper = papers.get(scene)
+        if paper is not None:
+            printed = [paper.values.get((each.identifier, metric.identifier)) for each in columns]
+            name = PRINTED_NAMES.get(paper.dataset, paper.dataset)
+            rows.append(Row(f"published, {name}", tuple(Cell(text=text) for text in printed)))
+    return rows
+
+
+def _value(episodes: Episodes, method: str, scene: str, numbers: Numbers, metric: Metric) -> float | None:
+    """Return the mean over seeds of one scene, or over scenes and seeds; None where there is none."""
+    entry = numbers[method][metric.identifier]
+    if scene == MEAN or entry.missing is not None:
+        return entry.mean
+    seeds = episodes.complete_seeds(method)
+    values = [scene_value(episodes, method, scene, seed, metric.identifier) for seed in seeds]
+    known = [value for value in values if value is not None]
+    return sum(known) / len(known)
+
+
+def _caption(episodes: Episodes) -> list[str]:
+    facts = [*scenes_and_seeds(episodes), f"{span(episode.budget for episode in episodes.all)} views"]
+    return [
+        f"Active view selection scene by scene on the data set {called(episodes.dataset)}: {', '.join(facts)}.",
+        "Test images at the end of the optimisation; mean over seeds.",
+        "Marks rank the printed values of a row, whatever their spread over seeds.",
+    ]
+
+
+def _paper_notes(papers: _Papers) -> list[str]:
+    if not papers:
+        return []
+    scenes = [scene for scene in papers if scene != MEAN]
+    told = f"on {', '.join(scenes)} and their mean" if scenes else "as means over its own scenes"
+    return [f"published: the paper's values {told}, one run without a spread, for orientation alone"]
+
+
+def _listing(episodes: Episodes, columns: Sequence[Presented], numbers: Numbers, papers: _Papers) -> Listing:
+    """Return one record for each metric, scene and method."""
+    records: list[tuple[str | int, ...]] = []
+    for metric in COLUMNS:
+        digits = metric.decimals + EXTRA_DECIMALS
+        for scene in [*episodes.scenes, MEAN]:
+            paper = papers[scene].values if scene in papers else {}
+            for each in columns:
+                value = _value(episodes, each.identifier, scene, numbers, metric)
+                seeds = 0 if value is None else len(episodes.complete_seeds(each.identifier))
+                beside = paper.get((each.identifier, metric.identifier), "")
+                records.append((metric.identifier, scene, each.identifier, plain(value, digits), seeds, beside))
+    return Listing(FIELDS, tuple(records))

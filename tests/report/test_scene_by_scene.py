@@ -1,0 +1,81 @@
+"""Scenes in rows and methods in columns: values by hand, ranks within a row, the paper's values, what is missing."""
+
+import csv
+
+import pytest
+
+from avs.report.tables.scene_by_scene import write_scene_table
+from avs.system.reasons import Reason
+
+PER_SCENE = """table,dataset,scene,method,metric,value
+t,mipnerf360,garden,fisherrf,psnr,21.33
+t,mipnerf360,garden,fisherrf,ssim,0.61
+"""
+MEANS = """table,dataset,scene,method,metric,value
+t,mipnerf360,mean,fisherrf,psnr,20.34
+"""
+METHODS = ("random", "fisherrf", "musiq", "oracle-ssim")
+
+
+@pytest.fixture
+def table(tmp_path, written):
+    def write(episodes, absent=None):
+        (tmp_path / "scenes.csv").write_text(PER_SCENE)
+        (tmp_path / "means.csv").write_text(MEANS)
+        published = [tmp_path / "scenes.csv", tmp_path / "means.csv"]
+        out = tmp_path / "tables" / "scenes_orbit"
+        write_scene_table(written(episodes), METHODS, "orbit", published, out, absent or {})
+        with open(f"{out}.csv", newline="") as stream:
+            rows = {(row["metric"], row["scene"], row["method"]): row for row in csv.DictReader(stream)}
+        return rows, *(out.with_suffix(ending).read_text() for ending in (".md", ".tex"))
+
+    return write
+
+
+def some(episode):
+    found = [
+        episode(method, scene, seed, psnr=(base + seed,), ssim=0.5)
+        for method, base in (("random", 20.0), ("fisherrf", 22.0))
+        for scene in ("attic", "garden")
+        for seed in (0, 1)
+    ]
+    return found + [episode("oracle-ssim", scene, psnr=(30.0,), group="Oracle") for scene in ("attic", "garden")]
+
+
+def test_values_by_hand(episode, table):
+    rows, markdown, latex = table(some(episode), {"musiq": Reason(cause="weights musiq absent", remedy="fetch them")})
+    assert rows["psnr", "garden", "fisherrf"]["value"] == "22.5000"
+    assert (rows["psnr", "garden", "fisherrf"]["published"], rows["psnr", "garden", "random"]["published"]) == (
+        "21.33",
+        "",
+    )
+    assert rows["psnr", "mean", "oracle-ssim"] | {"published": ""} == {
+        "metric": "psnr",
+        "scene": "mean",
+        "method": "oracle-ssim",
+        "value": "30.0000",
+        "seeds": "1",
+        "published": "",
+    }
+    assert rows["psnr", "garden", "musiq"]["value"] == ""
+    lines = markdown.splitlines()
+    assert "|  | Scene | FisherRF | Random | MUSIQ | oracle-ssim |" in lines
+    assert "| PSNR ↑ (dB) | attic | **22.50** | 20.50 (2) | – | 30.00 |" in lines  # noqa: RUF001
+    # The digits are the paper's own, also where the column has others.
+    assert "|  | published, Mip-NeRF360 | 0.61 | – | – | – |" in lines  # noqa: RUF001
+    assert lines.index("|  | Mean | **22.50** | 20.50 (2) | – | 30.00 |") + 1 == lines.index(  # noqa: RUF001
+        "|  | published, Mip-NeRF360 | 20.34 | – | – | – |"  # noqa: RUF001
+    )
+    assert "- MUSIQ: weights musiq absent: fetch them" in lines
+    assert r"\multirow{5}{*}{PSNR $\uparrow$ (dB)} & attic & \cellcolor[HTML]{F4CCCC}22.50 &" in latex
+
+
+def test_a_metric_without_values_says_why_once(episode, table):
+    _, markdown, _ = table([episode("random", lpips=None)])
+    assert markdown.count("vgg16") == 1
+    assert "| LPIPS ↓ | attic | – | – | – | – |" in markdown  # noqa: RUF001
+
+
+def test_equal_records_give_equal_bytes(episode, table):
+    found = some(episode)
+    assert table(found)[1:] == table(found[::-1])[1:]
