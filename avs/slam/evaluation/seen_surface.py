@@ -48,17 +48,9 @@ def visible_from_floor(
         points: on the surface.
         spacing: of the lattice, metres.
     """
-    stride = max(1, round(spacing / floor_map.agent.cell))
-    lattice = np.zeros_like(where)
-    lattice[:, ::stride, ::stride] = True
-    layers, columns, rows = np.nonzero(where & lattice)
-    if not len(layers):
-        layers, columns, rows = (each[:1] for each in np.nonzero(where))
-    plane = floor_map.origin + (np.stack([columns, rows], axis=1) + 0.5) * floor_map.agent.cell
-    heights = floor_map.heights[layers, columns, rows] + camera.above_floor
     steepest = np.tan(np.radians(camera.field_of_view) / 2) * camera.height / camera.width
     visible = np.zeros(len(points), bool)
-    for centre in np.concatenate([plane, heights[:, None]], axis=1):
+    for centre in _viewpoints(floor_map, where, camera, spacing):
         left = np.flatnonzero(~visible)
         offsets = points[left] - centre
         aside = np.linalg.norm(offsets[:, :2], axis=1)
@@ -68,6 +60,21 @@ def visible_from_floor(
         rays = offsets * np.maximum(1 - _TOLERANCE / np.maximum(length, 1e-9), 0)
         visible[left] = ~simulator.caster.blocked(centre.astype(np.float32), rays.astype(np.float32), 1.0)
     return visible
+
+
+def _viewpoints(
+    floor_map: FloorMap, where: npt.NDArray[np.bool_], camera: CameraSettings, spacing: float
+) -> FloatArray:
+    """Return places ``[k, 3]`` of the camera on a lattice over a part of the floor, at least one."""
+    stride = max(1, round(spacing / floor_map.agent.cell))
+    lattice = np.zeros_like(where)
+    lattice[:, ::stride, ::stride] = True
+    layers, columns, rows = np.nonzero(where & lattice)
+    if not len(layers):
+        layers, columns, rows = (each[:1] for each in np.nonzero(where))
+    plane = floor_map.origin + (np.stack([columns, rows], axis=1) + 0.5) * floor_map.agent.cell
+    heights = floor_map.heights[layers, columns, rows] + camera.above_floor
+    return np.concatenate([plane, heights[:, None]], axis=1)
 
 
 class SeenSurface:

@@ -76,44 +76,50 @@ def run_exploration(
     surface = SeenSurface(world.surface, world.simulator, settings.evaluation.threshold)
     exploration = Exploration(world, settings, seed, surface)
     scorer = build_scorer(settings.scorer, surface, Resources(weights))
-    checkpoint = out / CHECKPOINT
+    _explore(exploration, scorer, out / CHECKPOINT, progress, code)
+    with exploration.clocks.of("measure"):
+        exploration.measure()
+        record = _record(exploration, method, scorer, seed)
+    _write_maps(out / MAPS, exploration)
+    write_record(out / "exploration.meta.json", _meta(exploration, started, provenance.clock("cpu") - start))
+    write_record(out / "exploration.json", record)
+    (out / CHECKPOINT).unlink(missing_ok=True)
+
+
+def _explore(exploration: Exploration, scorer: PathScorer, checkpoint: Path, progress: Progress, code: str) -> None:
+    """Go on from a checkpoint, or begin, and explore to the end."""
     if load_exploration(checkpoint, exploration, code):
-        progress(f"{name}, {scorer.label}, seed {seed}: goes on at action {exploration.step}")
+        progress(_line(exploration, scorer))
     else:
         exploration.begin()
-    told = 0
+    told = len(exploration.curve)
     while not exploration.ended:
         exploration.decide_and_go(scorer)
         if len(exploration.curve) > told:
             told = len(exploration.curve)
-            progress(_line(exploration, scorer, seed))
+            progress(_line(exploration, scorer))
         if exploration.decisions and len(exploration.decisions) % _DECISIONS_BETWEEN == 0 and not exploration.ended:
             save_exploration(checkpoint, exploration, code)
-    with exploration.clocks.of("measure"):
-        exploration.measure()
-        record = _record(exploration, method, scorer, seed)
-    seconds = {**exploration.clocks.seconds, **exploration.mapper.seconds}
-    meta = ExplorationMeta(
-        seconds=seconds,
+
+
+def _meta(exploration: Exploration, started: str, total: float) -> ExplorationMeta:
+    return ExplorationMeta(
+        seconds={**exploration.clocks.seconds, **exploration.mapper.seconds},
         decision_seconds=exploration.clocks.decisions,
         score_seconds=exploration.clocks.scores,
         memory_bytes=exploration.clocks.memory,
-        total_seconds=provenance.clock("cpu") - start,
+        total_seconds=total,
         machine=provenance.machine("cpu"),
         packages=provenance.packages(),
         revision=provenance.revision(),
         started=started,
         finished=provenance.now(),
     )
-    _write_maps(out / MAPS, exploration)
-    write_record(out / "exploration.meta.json", meta)
-    write_record(out / "exploration.json", record)
-    checkpoint.unlink(missing_ok=True)
 
 
-def _line(exploration: Exploration, scorer: PathScorer, seed: int) -> str:
+def _line(exploration: Exploration, scorer: PathScorer) -> str:
     point, steps = exploration.curve[-1], exploration.plan.steps
-    place = f"{exploration.world.name}, {scorer.label}, seed {seed}"
+    place = f"{exploration.world.name}, {scorer.label}, seed {exploration.seed}"
     return f"{place}: action {point.step} of {steps}, coverage {100 * point.scr_means:.1f} %"
 
 

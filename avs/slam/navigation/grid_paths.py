@@ -69,6 +69,7 @@ def in_sight(free: Grid, first: Cells, second: Cells) -> bool:
     return bool(free[passed[:, 0], passed[:, 1]].all())
 
 
+# Long because a compiled function that is called for every move would cost more than what it parts.
 @kernel
 def _search(
     free: Integers, cost: Floats, start: Integers, goal: Integers, moves: Integers
