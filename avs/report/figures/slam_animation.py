@@ -25,15 +25,15 @@ from avs.system.tensor_files import read_tensors
 Picture = npt.NDArray[np.uint8]
 Place = Callable[[Pose], tuple[int, int]]
 
-_MOST_FRAMES = 100
-_MILLISECONDS = 80
+_MOST_FRAMES = 60
+_MILLISECONDS = 120
 _WIDTH = 240
 _GAP = 4
 _WAY, _ROBOT = (230, 120, 0), (200, 0, 120)
 
 
 def write_slam_animation(record: Path, maps: Path, mesh: Path, out: Path) -> None:
-    """Write a GIF of an exploration, of at most a hundred frames.
+    """Write a GIF of an exploration, of at most sixty frames.
 
     Side by side: the camera's picture, the rendering of the map as it was at the end, and the building from above with
     the way so far. Equal records give equal bytes.
