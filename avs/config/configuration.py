@@ -60,7 +60,7 @@ def load(values: dict[str, Any], programs: Collection[str] = ()) -> Config:
         registry.create_settings(identifier, config.selectors.get(identifier, {}))
     _check_lists_of_methods(config, programs)
     _check_sensitivity(config, programs)
-    check_slam(config.slam, config.scorers)
+    check_slam(config.slam)
     return _with_captures(config)
 
 

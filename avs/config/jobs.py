@@ -27,7 +27,15 @@ from avs.config.report_jobs import (
 )
 from avs.config.run_config import Config, DataSet
 from avs.config.scenes import scenes_in, timed_scene
-from avs.config.slam_config import BuildingJob, SlamConfig, SlamFigureJob, exploration_settings, explorers, slam_figure
+from avs.config.slam_config import (
+    BuildingJob,
+    SlamConfig,
+    SlamFigureJob,
+    exploration_settings,
+    explorers,
+    slam_figure,
+    untrained,
+)
 from avs.config.studied import studied_methods
 from avs.coverage.coverage_settings import CoverageJob, CoverageSettings, ReferenceJob
 from avs.datasets.folder_reader import FolderReader
@@ -261,8 +269,10 @@ def _slam_figure(config: Config, _: str) -> SlamFigureJob:
 
 def absent_explorers(config: Config) -> dict[str, Reason]:
     """Return why each method of Task A that is to explore cannot run here, by the identifier that it has there."""
-    answers = {name: weights_of(config, told.method) for name, told in explorers(config.slam).items()}
-    return {name: answer.reason for name, answer in answers.items() if isinstance(answer, Absent)}
+    lacking = untrained(config.slam, config.scorers)
+    able = {name: told for name, told in explorers(config.slam).items() if name not in lacking}
+    answers = {name: weights_of(config, told.method) for name, told in able.items()}
+    return lacking | {name: answer.reason for name, answer in answers.items() if isinstance(answer, Absent)}
 
 
 def coverage_lacking(config: Config) -> Reason | None:

@@ -84,8 +84,20 @@ def explorers(slam: SlamConfig | None) -> dict[str, SelectorPathSettings]:
     return {name: scorer for name, scorer in methods.items() if isinstance(scorer, SelectorPathSettings)}
 
 
-def check_slam(slam: SlamConfig | None, scorers: Collection[str]) -> None:
-    """Refuse methods of Task A that are unknown, have wrong settings, or need a scorer that the run does not train.
+def untrained(slam: SlamConfig | None, scorers: Collection[str]) -> dict[str, Reason]:
+    """Return the methods of Task A that need a scorer which the run does not train, with the reason."""
+    needed = {name: find(told.method).method.scorer for name, told in explorers(slam).items()}
+    return {
+        name: Reason(
+            cause=f"needs the scorer {scorer}, which the configuration does not train", remedy=f"add scorers.{scorer}"
+        )
+        for name, scorer in needed.items()
+        if scorer is not None and scorer not in scorers
+    }
+
+
+def check_slam(slam: SlamConfig | None) -> None:
+    """Refuse methods of Task A that are unknown, have wrong settings, or cannot choose paths.
 
     Raises:
         UserError: names the first.
@@ -97,6 +109,3 @@ def check_slam(slam: SlamConfig | None, scorers: Collection[str]) -> None:
         fault = why_not_exploring(method, method.needs if settings.needs is None else settings.needs)
         if fault is not None:
             raise UserError(subject, f"{told.method} {fault}", "choose another method")
-        if method.scorer is not None and method.scorer not in scorers:
-            fault = f"{told.method} needs the scorer {method.scorer}, which the configuration does not train"
-            raise UserError(subject, fault, f"add scorers.{method.scorer}, or leave the method out")

@@ -55,7 +55,6 @@ def test_the_defaults_are_the_released_constants():
         ({"methods": {"x": {"kind": "selector", "method": "activenerf"}}}, "learned_variance"),
         ({"methods": {"x": {"kind": "selector", "method": "oracle-ssim"}}}, "hidden photographs"),
         ({"methods": {"x": {"kind": "selector", "method": "activenerf-views"}}}, "another method's views"),
-        ({"methods": {"x": {"kind": "selector", "method": "ours-repvit"}}}, "add scorers.repvit"),
         ({"methods": {"x": {"kind": "selector", "method": "random", "settings": {"reshufle": True}}}}, "reshufle"),
         ({"robot": {"motion": {"turn": 180}}}, "turn"),
     ],
@@ -66,9 +65,14 @@ def test_faults_are_named(change, fault):
 
 
 def test_a_method_whose_weights_are_not_here_is_told_of():
-    methods = {"niqa": {"kind": "selector", "method": "musiq"}, "nearest": {"kind": "nearest"}}
+    methods = {
+        "niqa": {"kind": "selector", "method": "musiq"},
+        "ours": {"kind": "selector", "method": "ours-repvit"},
+        "nearest": {"kind": "nearest"},
+    }
     config = load(BASE | {"slam": SLAM | {"methods": methods}})
     told = settings_of(config, "slam_figure")
     if "niqa" in told.absent:  # the weights may be at hand
         assert "weights" in str(told.absent["niqa"]) or "pyiqa" in str(told.absent["niqa"])
+    assert "does not train" in told.absent["ours"].cause
     assert "nearest" not in told.absent
