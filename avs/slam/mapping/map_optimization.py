@@ -30,9 +30,6 @@ from avs.slam.mapping.gaussian_map import (
 )
 from avs.slam.mapping.mapper_settings import GrowthSettings, MapperSettings, PruningSettings
 
-EPSILON = 1e-15
-"""Adam's epsilon, as in SplaTAM."""
-
 _CPU = torch.device("cpu")
 
 
@@ -135,7 +132,7 @@ def mapping_loss(tensors: MapTensors, shown: Lesson, settings: MapperSettings) -
 
 
 def _optimizers(tensors: MapTensors, settings: MapperSettings) -> dict[str, Adam]:
-    return {name: Adam(tensors[name], getattr(settings.rates, name), EPSILON) for name in NAMES}
+    return {name: Adam(tensors[name], getattr(settings.rates, name), settings.adam_epsilon) for name in NAMES}
 
 
 def _pruned(

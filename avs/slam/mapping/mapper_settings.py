@@ -93,6 +93,11 @@ class MapperSettings(StrictModel):
     depth_weight: NonNegativeFloat = Field(default=1.0, description="of the mean absolute error of depth")
     color_weight: NonNegativeFloat = Field(default=0.5, description="of the photometric loss")
     ssim_weight: Share = Field(default=0.2, description="of D-SSIM in the photometric loss; L1 has the rest")
+    adam_epsilon: PositiveFloat = Field(
+        default=1e-15,
+        description="Adam's epsilon; with SplaTAM's, what is hardly seen moves as fast as what is seen well, and a map "
+        "that is optimised for long forgets (docs/active-slam.md)",
+    )
     rates: MapRates = Field(default=MapRates(), description="learning rates")
     growth: GrowthSettings = Field(default=GrowthSettings(), description="where Gaussians are added")
     pruning: PruningSettings = Field(default=PruningSettings(), description="which are removed")
