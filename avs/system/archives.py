@@ -9,7 +9,7 @@ import struct
 import tarfile
 import zipfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path, PurePosixPath
 from typing import IO, cast
@@ -41,8 +41,8 @@ _DAMAGE = (
 _Member = tuple[PurePosixPath, int, AbstractContextManager[IO[bytes]]]
 
 
-def unpack(archive: Path, folder: Path, sha256: str | None = None) -> list[str]:
-    """Unpack a ZIP or tar archive into ``folder``, beside what is there, and return the names of what is new in it.
+def unpack(archive: Path, folder: Path, sha256: str | None = None, kept: Collection[str] = ()) -> list[str]:
+    """Unpack a ZIP or tar archive into ``folder``, beside what is there, and return the names at the top of it.
 
     Nothing in ``folder`` is replaced. Every member is checked by the archive's own checksum, where it has one.
 
@@ -50,6 +50,7 @@ def unpack(archive: Path, folder: Path, sha256: str | None = None) -> list[str]:
         archive: the file.
         folder: is made if need be.
         sha256: of the file, in hexadecimal, if it is known.
+        kept: names in ``folder`` that stay as they are, though the archive holds them.
 
     Raises:
         UserError: the archive is missing, damaged, cut off or none, or another than ``sha256`` says; a member would
@@ -81,7 +82,7 @@ def unpack(archive: Path, folder: Path, sha256: str | None = None) -> list[str]:
             raise
         # gzip and bz2 say so of damaged data, without a number of the system's
         raise UserError(archive, f"is damaged or cut off ({error.args[0]})", _COPY) from error
-    return _moved(archive, folder / f"{archive.name}.unpacked", folder)
+    return _moved(archive, folder / f"{archive.name}.unpacked", folder, kept)
 
 
 def _members(archive: Path, folder: Path) -> Iterator[_Member]:
@@ -159,14 +160,15 @@ def _check_room(archive: Path, folder: Path, size: int) -> None:
         raise UserError(archive, fault, "free some space, or choose another folder")
 
 
-def _moved(archive: Path, unpacked: Path, folder: Path) -> list[str]:
-    """Move what was unpacked into ``folder``, unless something of one of the names is there."""
+def _moved(archive: Path, unpacked: Path, folder: Path, kept: Collection[str]) -> list[str]:
+    """Move what was unpacked into ``folder``, unless something of one of the names is there that is not to be kept."""
     names = sorted(path.name for path in unpacked.iterdir())
-    there = [name for name in names if (folder / name).exists()]
+    new = [name for name in names if name not in kept]
+    there = [name for name in new if (folder / name).exists()]
     if there:
         shutil.rmtree(unpacked)
         raise UserError(folder / there[0], f"is there already, and {archive.name} holds it", "take it away first")
-    for name in names:
+    for name in new:
         os.replace(unpacked / name, folder / name)
-    unpacked.rmdir()
+    shutil.rmtree(unpacked)
     return names

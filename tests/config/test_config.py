@@ -57,7 +57,7 @@ def test_every_scale_follows_the_schema(path):
         ({"datasets": {"Or bit": {"source": "captures"}}}, "configuration: datasets.Or bit.*; correct the value"),
         (
             {"datasets": values()["datasets"] | {"orbit_per_scene": {"source": "captures", "folder": "x"}}},
-            "datasets: .*the name orbit_per_scene ends in _per_scene, as a file beside the table of orbit would; correct",
+            "datasets: .*the name orbit_per_scene ends in _per_scene, as a file beside the table of orbit would;",
         ),
         ({"datasets": {}}, "configuration: .*names the data set handheld_training, which is none of"),
         (
