@@ -107,6 +107,60 @@ def test_a_scene_without_its_video_is_named_and_the_others_go_on(original):
         reader(original, only=("1111111111111111",)).scenes()
 
 
+def test_of_two_texts_of_one_scene_name_one_is_left_out_with_the_reason(copy):
+    """As train/0a.txt and test/0A.txt: the one that has the name itself stays, wherever it lies."""
+    for part, name, late in (("train", "0A", 1), ("test", "0a", 2), ("train", "1B", 3), ("test", "1B", 4)):
+        (copy / part).mkdir(exist_ok=True)
+        (copy / part / f"{name}.txt").write_text(text_of(late=late))
+    for only in (None, ("0a", "1b", "0bf152ef84195293")):
+        chosen = RealEstate10K(folder=str(copy), videos=str(copy / "videos"), only=only)
+        found = {name: Path(scene.folder).relative_to(copy).as_posix() for name, scene in chosen.scenes().items()}
+        assert found == {
+            "0a": "test/0a.txt",
+            "0bf152ef84195293": "test/0bf152ef84195293.txt",
+            "1b": "train/1B.txt",
+        }
+        assert {name: str(reason) for name, reason in chosen.left_out().items()} == {
+            "train/0A.txt": "has the same scene name, 0a, as test/0a.txt: rename one",
+            "test/1B.txt": "has the same scene name, 1b, as train/1B.txt: rename one",
+        }
+
+
+def test_one_clip_under_two_names_is_one_scene(copy):
+    again = text_of().replace("watch?v=QShWPZxTDoE", "watch?app=desktop&v=QShWPZxTDoE").replace("\n", " \r\n")
+    (copy / "test" / "again.txt").write_text(again)
+    assert list(reader(copy).scenes()) == ["0bf152ef84195293"]
+    assert str(reader(copy).left_out()["again.txt"]) == ("is the same clip as 0bf152ef84195293.txt: take one away")
+    both = reader(copy, only=("again", "0bf152ef84195293"))
+    assert list(both.left_out()) == ["again.txt"]
+    alone = {path.stem: RealEstate10K(folder=str(path), videos="v") for path in (copy / "test").glob("*.txt")}
+    one, other = alone["again"].identities(), alone["0bf152ef84195293"].identities()
+    assert one[0] != other[0]
+    assert one[1] == other[1]
+
+
+def test_a_text_of_the_same_name_elsewhere_is_another_scene(copy, tmp_path):
+    (tmp_path / "other").mkdir()
+    path = tmp_path / "other" / "0bf152ef84195293.txt"
+    path.write_text(text_of(late=1))
+    (one,) = reader(copy).scenes().values()
+    assert not set(one.identities()) & set(RealEstate10K(folder=str(path), videos="v").identities())
+
+
+@pytest.mark.parametrize(
+    ("only", "line"),
+    [
+        (None, r"empty: holds no texts <id>\.txt, nor does train or test in it; give the folder of the texts"),
+        (("nosuch",), r"test: holds none of the texts that `only` names \(nosuch\); name some that are there"),
+    ],
+)
+def test_a_folder_without_texts_is_told(only, line, copy):
+    (copy / "empty").mkdir()
+    folder = copy / ("test" if only else "empty")
+    with pytest.raises(UserError, match=line):
+        RealEstate10K(folder=str(folder), videos=str(copy / "videos"), only=only).scenes()
+
+
 def test_frames_beyond_the_tolerance_are_left_out_and_counted(copy, tmp_path):
     text = copy / "test" / "0bf152ef84195293.txt"
     first, *lines = text.read_text().splitlines()
