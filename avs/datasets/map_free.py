@@ -22,6 +22,7 @@ from avs.datasets.posed_scene import PosedPictures
 from avs.scene.colmap import Model, ModelCamera, ModelImage
 from avs.scene.colmap.model import check_camera, check_pose
 from avs.system.errors import UserError
+from avs.system.lists_of_names import some_of
 from avs.system.models import Different
 
 _LICENCE = "Niantic's terms for Map-Free Relocalisation, for research alone, no redistribution"
@@ -71,9 +72,17 @@ class MapFree(PictureFolderReader):
             root=self.place,
             camera_file=self.place / _INTRINSICS,
             model=Model({identifier: camera for camera, identifier in identifiers.items()}, registered),
-            notes=(f"{len(images)} frames of {', '.join(self.sequences)}, every {self.every}",),
+            notes=(f"{len(images)} frames of {', '.join(self.sequences)}, every {self.every}", *self._without_pose()),
             find_points=triangulated_points,
         )
+
+    def _without_pose(self) -> list[str]:
+        """Return the note on frames that the file of poses does not name, if there are any."""
+        known = {image.name for image in read_poses(self.place / _POSES)}
+        frames = [path.relative_to(self.place).as_posix() for path in _frames(self.place)]
+        wanted = [name for name in frames if name.partition("/")[0] in self.sequences]
+        lost = [name for name in wanted if name not in known]
+        return [f"{len(lost)} of {len(wanted)} frames have no pose ({some_of(lost)})"] if lost else []
 
     def _chosen(self, images: Sequence[ModelImage]) -> list[ModelImage]:
         """Return the images of the sequences, by name, every n-th of them."""
