@@ -1,19 +1,23 @@
 """Intrinsics and clouds that do not go with the pictures are told of, whoever stated them."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from plyfile import PlyData, PlyElement
 
 from avs.datasets.aria_dtc import AriaDtc
+from avs.datasets.capture_geometry import geometry_notes
+from avs.datasets.captures import Captures
 from avs.datasets.stored_points import read_ply
 from avs.datasets.transforms_file import model_of, read_transforms
+from avs.scene.scene import read_scene
 from avs.system.errors import UserError
 from tests.datasets.test_nerfstudio import make, prepared
 from tests.datasets.textured_factory import FLOOR, FOCAL, SIZE
 
-DOUBTS = ("times the focal lengths", "principal point", "points on which pictures agree")
+DOUBTS = ("times the focal lengths", "principal point", "points on which pictures agree", "on hardly any point")
 
 
 def doubts(scene):
@@ -77,6 +81,25 @@ def test_a_stored_cloud_that_lies_beside_what_pictures_show_is_told_of(tmp_path,
     folder = make(tmp_path / "a", ply_file_path="cloud.ply")
     write_cloud(folder / "cloud.ply", move(surfaces()))
     assert doubts(prepared(folder, tmp_path, points="stored")) == expected
+
+
+@pytest.mark.parametrize("exchanged", [False, True])
+def test_two_pictures_exchanged_are_both_named(tmp_path, shared_scenes, exchanged):
+    captures = Captures(folder=str(shared_scenes), only=("fox",), long_side=160).scenes()
+    captures["fox"].prepare("mine", tmp_path / "fox")
+    scene = read_scene(tmp_path / "fox")
+    views = scene.views(np.arange(25))
+    order = np.arange(25)
+    if exchanged:
+        order[[4, 12]] = order[[12, 4]]
+    notes = geometry_notes(replace(views, cameras=views.cameras[order]), scene.points.positions)
+    if not exchanged:
+        assert notes == []
+        return
+    (note,) = notes
+    assert note.startswith("2 of 25 pictures agree with their neighbours on hardly any point")
+    assert views.names[4] in note
+    assert views.names[12] in note
 
 
 def test_pictures_that_the_file_does_not_list_are_counted(tmp_path):
