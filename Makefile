@@ -34,7 +34,7 @@ photographs: .venv/installed
 	    --config scenes_dir=" '$${capture//$$quote/$$quote$$quote}' "
 
 check: .venv/installed
-	snakemake -j$(CORES) tables --configfile workflows/config/check.yaml
+	snakemake -j$(CORES) tables figures --configfile workflows/config/check.yaml
 
 test: .venv/installed lint
 	pytest -n $(CORES)
