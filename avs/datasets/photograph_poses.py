@@ -25,6 +25,9 @@ _FEWEST = 3
 _JPEG = 95
 """Quality of the frames of a video."""
 
+_UNREAD = (".heic", ".heif", ".avif", ".dng", ".cr2", ".cr3", ".nef", ".arw")
+"""Suffixes of photographs that Pillow does not open by itself, or not as they look."""
+
 
 def write_capture(
     source: Path, out: Path, *, lens: Lens, ordered: bool, rate: float, tell: Callable[[str], None]
@@ -58,6 +61,7 @@ def write_capture(
         if source.is_file():
             _extract(source, images, rate, tell)
         else:
+            _tell_of_unread(source, out, tell)
             _copy(source, photographs_in(source, out), images, tell)
         told = _map(source, temporary, origin, tell)
         if origin_of(source, out, lens=lens, ordered=ordered, rate=rate) != origin:
@@ -107,6 +111,18 @@ def _check_source(source: Path, out: Path) -> None:
         raise UserError(source, "there is no such folder or video", "give a folder of photographs, or a video")
     if source.resolve().is_relative_to(out.resolve()):
         raise UserError(source, f"lies in {out}, the capture to be made of it", "name another folder for the capture")
+
+
+def _tell_of_unread(source: Path, out: Path, tell: Callable[[str], None]) -> None:
+    """Tell of pictures as phones and cameras save them that are not read, and refuse a folder of these alone."""
+    unread = [path for path in walk_files(source) if path.suffix.lower() in _UNREAD and not path.is_relative_to(out)]
+    if not unread:
+        return
+    forms = ", ".join(sorted({path.suffix.lower() for path in unread}))
+    remedy = "convert them to JPEG, or let the camera save JPEG"
+    if not photographs_in(source, out):
+        raise UserError(source, f"holds {len(unread)} pictures of a form that is not read ({forms})", remedy)
+    tell(f"{len(unread)} pictures of a form that is not read ({forms}) are left out: {remedy}")
 
 
 def _copy(source: Path, found: list[Path], images: Path, tell: Callable[[str], None]) -> None:

@@ -236,3 +236,19 @@ def test_the_comparison_of_poses_sees_a_turned_camera(tmp_path):
     turned[4] = look_at(-WALK[4, :3, :3].T @ WALK[4, :3, 3], np.array([0.5, 0.0, 0.0]), np.array([0.0, -1.0, 0.0]))
     with pytest.raises(AssertionError):
         assert_poses_agree(tmp_path / "room", turned)
+
+
+def test_photographs_of_a_form_that_is_not_read_are_named(tmp_path):
+    source = tmp_path / "phone"
+    source.mkdir()
+    for number in range(4):
+        (source / f"IMG_{number}.HEIC").write_bytes(b"ftypheic")
+    told = []
+    with pytest.raises(
+        UserError, match=r"holds 4 pictures of a form that is not read \(\.heic\); convert them to JPEG"
+    ):
+        write_capture(source, tmp_path / "out", lens="SIMPLE_RADIAL", ordered=False, rate=1.0, tell=told.append)
+    Image.new("RGB", (64, 48)).save(source / "one.jpg")
+    with pytest.raises(UserError, match="holds 1 photographs"):
+        write_capture(source, tmp_path / "out", lens="SIMPLE_RADIAL", ordered=False, rate=1.0, tell=told.append)
+    assert any("4 pictures of a form that is not read (.heic) are left out" in line for line in told)
