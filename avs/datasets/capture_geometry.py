@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from avs.scene.cameras import Cameras, FloatArray, IndexArray
+from avs.scene.even_places import evenly_spread
 from avs.scene.views import Views
 from avs.sfm.guided_points import Features, features_of, guided_matches, triangulated_pairs
 from avs.sfm.sfm_settings import GuidedSettings
@@ -59,7 +60,7 @@ def geometry_notes(views: Views, cloud: FloatArray) -> list[str]:
     features = [features_of(image, _SETTINGS.features) for image in views.images]
     pairs = near_pairs(views.cameras, _SETTINGS.partners)
     found = [_shared(views.cameras, features, pair) for pair in pairs]
-    rows = np.unique(np.linspace(0, len(views) - 1, min(_MOST, len(views))).round().astype(np.int64))
+    rows = evenly_spread(len(views), _MOST)
     notes = [*_centre_notes(views.cameras), *_focal_notes(views.cameras[rows], [features[row] for row in rows])]
     notes += _lonely_notes(views.names, pairs, np.array([len(points) for points in found]))
     return [*notes, *_cloud_notes(views.cameras, np.concatenate(found), cloud)]
