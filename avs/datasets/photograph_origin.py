@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 from pydantic import Field
@@ -35,8 +36,17 @@ def photographs_in(source: Path, out: Path) -> list[Path]:
     Raises:
         OSError: a folder cannot be read.
     """
+    return files_in(source, out, is_image)
+
+
+def files_in(source: Path, out: Path, wanted: Callable[[Path], bool]) -> list[Path]:
+    """Return the files of a kind in a folder and its subfolders, ascending, without those in ``out``.
+
+    Raises:
+        OSError: a folder cannot be read.
+    """
     own = out.resolve()
-    found = sorted(path for path in walk_files(source) if is_image(path))
+    found = sorted(path for path in walk_files(source) if wanted(path))
     if not own.is_relative_to(source.resolve()):
         return found
     return [path for path in found if not _is_below(path.resolve(), own)]

@@ -11,7 +11,7 @@ from PIL import Image
 
 from avs.datasets.capture_folders import walk_files
 from avs.datasets.capture_pictures import is_image
-from avs.datasets.photograph_origin import NAME, Origin, check_origin, origin_of, photographs_in
+from avs.datasets.photograph_origin import NAME, Origin, check_origin, files_in, origin_of, photographs_in
 from avs.datasets.video_frames import every_frame
 from avs.scene.images import read_header, read_image
 from avs.system.errors import UserError
@@ -61,8 +61,9 @@ def write_capture(
         if source.is_file():
             _extract(source, images, rate, tell)
         else:
-            _tell_of_unread(source, out, tell)
-            _copy(source, photographs_in(source, out), images, tell)
+            found = photographs_in(source, out)
+            _tell_of_unread(source, out, bool(found), tell)
+            _copy(source, found, images, tell)
         told = _map(source, temporary, origin, tell)
         if origin_of(source, out, lens=lens, ordered=ordered, rate=rate) != origin:
             raise UserError(source, "changed while its poses were found", "run again")
@@ -113,14 +114,14 @@ def _check_source(source: Path, out: Path) -> None:
         raise UserError(source, f"lies in {out}, the capture to be made of it", "name another folder for the capture")
 
 
-def _tell_of_unread(source: Path, out: Path, tell: Callable[[str], None]) -> None:
+def _tell_of_unread(source: Path, out: Path, are_others: bool, tell: Callable[[str], None]) -> None:
     """Tell of pictures as phones and cameras save them that are not read, and refuse a folder of these alone."""
-    unread = [path for path in walk_files(source) if path.suffix.lower() in _UNREAD and not path.is_relative_to(out)]
+    unread = files_in(source, out, lambda path: path.suffix.lower() in _UNREAD)
     if not unread:
         return
     forms = ", ".join(sorted({path.suffix.lower() for path in unread}))
     remedy = "convert them to JPEG, or let the camera save JPEG"
-    if not photographs_in(source, out):
+    if not are_others:
         raise UserError(source, f"holds {len(unread)} pictures of a form that is not read ({forms})", remedy)
     tell(f"{len(unread)} pictures of a form that is not read ({forms}) are left out: {remedy}")
 

@@ -68,18 +68,25 @@ def _fetch(archive: Archive, folder: Path, keep: bool, progress: Callable[[str],
     if before:
         gone = [name for name in before if name not in kept]
         progress(f"{archive.name}: was unpacked here before; gone since: {some_of(gone)}")
-    if not file.is_file():
-        progress(f"{archive.name}: {archive.url}")
-        found = download(archive.url, file, progress, archive.size, archive.sha256)
-        told = "hash verified" if found.verified else "no hash is stated to compare with"
-        progress(f"{archive.name}: {found.size / 1e6:.0f} MB, {told}; unpacking")
-    digest, size = file_hash(file), file.stat().st_size
-    names = unpack(file, folder, archive.sha256, kept)
+    if file.is_file():
+        digest, unchecked = file_hash(file), archive.sha256
+    else:
+        digest, unchecked = _downloaded(archive, file, progress), None
+    size, names = file.stat().st_size, unpack(file, folder, unchecked, kept)
     write_json(mark, {"url": archive.url, "sha256": digest, "bytes": size, "unpacked": names})
     if not keep:
         file.unlink()
     progress(f"{archive.name}: {', '.join(names)} in {folder}")
     return mark
+
+
+def _downloaded(archive: Archive, file: Path, progress: Callable[[str], None]) -> str:
+    """Fetch an archive to ``file`` and return its SHA-256, which has been compared."""
+    progress(f"{archive.name}: {archive.url}")
+    found = download(archive.url, file, progress, archive.size, archive.sha256)
+    told = "hash verified" if found.verified else "no hash is stated to compare with"
+    progress(f"{archive.name}: {found.size / 1e6:.0f} MB, {told}; unpacking")
+    return found.sha256
 
 
 def _unpacked_before(mark: Path) -> list[str]:
