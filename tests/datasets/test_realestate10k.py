@@ -9,10 +9,9 @@ import pytest
 
 from avs.datasets.realestate10k import RealEstate10K, read_posed_frames
 from avs.datasets.video_frames import frames_at
-from avs.scene.scene import read_scene
 from avs.system.errors import UserError
-from avs.system.files import explained
 from tests import tolerances
+from tests.datasets.reader_checks import assert_refused, first_scene
 from tests.datasets.textured_factory import (
     CENTER,
     FOCAL,
@@ -77,10 +76,7 @@ def reader(folder, **settings):
 
 
 def prepared(folder, tmp_path, **settings):
-    (name, alone), *_ = reader(folder, **settings).scenes().items()
-    with explained():
-        alone.prepare("realestate10k", tmp_path / "out" / name)
-    return read_scene(tmp_path / "out" / name)
+    return first_scene(reader(folder, **settings), tmp_path, "realestate10k")
 
 
 def test_the_frames_of_a_video_become_a_scene(original, tmp_path):
@@ -234,11 +230,7 @@ FAULTS = {
 def test_a_fault_is_told_in_one_line_and_leaves_nothing(fault, copy, tmp_path):
     damage, message = FAULTS[fault]
     damage(copy)
-    with pytest.raises(UserError) as caught:
-        prepared(copy, tmp_path)
-    assert re.search(message, str(caught.value)), str(caught.value)
-    assert str(caught.value).isprintable()
-    assert not list((tmp_path / "out").glob("*"))
+    assert_refused(lambda: prepared(copy, tmp_path), message, tmp_path)
 
 
 def test_a_video_that_ends_early_is_told(copy, tmp_path):
