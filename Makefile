@@ -15,17 +15,26 @@ tables: .venv/installed
 	snakemake -j$(CORES) tables
 
 # From a folder of photographs, or a video, to its tables: make photographs FROM=DIR. Their poses are found once, and kept
-# with the pictures in captures/<name of FROM>.
-CAPTURE = captures/$(basename $(notdir $(FROM:/=)))
+# with the pictures in captures/<name of FROM>; that photographs are others than those is noticed. The name is that of the
+# folder itself, whatever links and dots FROM has; of a video, it is that without the suffix. In quotation marks it stays
+# one text for Snakemake, whatever its characters mean in YAML; the blanks keep Snakemake from taking the marks away.
+export FROM
 
 photographs: .venv/installed
-	@test -n "$(FROM)" || { echo "error: FROM: names no folder of photographs; say make photographs FROM=DIR" >&2; exit 2; }
-	test -d "$(CAPTURE)" || python -m avs data pose "$(FROM)" --out "$(CAPTURE)"
+	@fail() { echo "error: FROM=$$FROM: $$1; say make photographs FROM=DIR" >&2; exit 2; }; \
+	test -n "$$FROM" || fail "names no folder of photographs"; \
+	place=$$(realpath -e -- "$$FROM" 2> /dev/null) || fail "there is no such folder or video"; \
+	root=$${place%/}/; case "$(CURDIR)/" in "$$root"*) fail "holds this project, whose own pictures would count";; esac; \
+	name=$${place##*/}; test -d "$$place" || name=$${name%.*}; \
+	test -n "$$name" || fail "has no name that a capture could take"; \
+	capture="captures/$$name"; quote="'"; \
+	python -m avs data pose --out "$$capture" -- "$$place"; \
 	snakemake -j$(CORES) tables \
-	    --configfile workflows/config/small.yaml workflows/config/overlays/photographs.yaml --config scenes_dir="$(CAPTURE)"
+	    --configfile workflows/config/small.yaml workflows/config/overlays/photographs.yaml \
+	    --config scenes_dir=" '$${capture//$$quote/$$quote$$quote}' "
 
 check: .venv/installed
-	snakemake -j$(CORES) tables --configfile workflows/config/check.yaml
+	snakemake -j$(CORES) tables figures --configfile workflows/config/check.yaml
 
 test: .venv/installed lint
 	pytest -n $(CORES)

@@ -76,7 +76,7 @@ def get(
 @of_folders.command()
 def pose(
     source: Annotated[Path, typer.Argument(help="folder of photographs, or a video")],
-    out: Annotated[Path, typer.Option(help="the capture to write: images/ and sparse/0; it must not exist")],
+    out: Annotated[Path, typer.Option(help="the capture to write: images/ and sparse/0; one made of the same stays")],
     lens: Annotated[Lens, typer.Option(help="COLMAP's model of the camera")] = "SIMPLE_RADIAL",
     ordered: Annotated[bool, typer.Option(help="photographs follow a path by name, as those of a video do")] = False,
     rate: Annotated[float, typer.Option(min=0.01, help="frames of a video that are taken a second")] = 2.0,

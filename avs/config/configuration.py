@@ -5,13 +5,12 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Collection
 from typing import Any, cast
 
 from pydantic import ValidationError
 
-from avs.config.configuration_faults import check_numbers, readable
+from avs.config.configuration_faults import check_numbers, readable, remedy_of_unknown
 from avs.config.run_config import Config, DataSet, ScorerName
 from avs.config.sensitivity_settings import laid_over
 from avs.config.slam_config import check_slam
@@ -147,9 +146,7 @@ def _check_lists_of_methods(config: Config, programs: Collection[str]) -> None:
 def _check_known(methods: Collection[str], known: Collection[str], key: str) -> None:
     for method in methods:
         if method not in known:
-            near = difflib.get_close_matches(method, known, n=1)
-            remedy = f"did you mean {near[0]}?" if near else "remove it"
-            raise UserError(f"configuration: {key}", f"{method} is no method", remedy)
+            raise UserError(f"configuration: {key}", f"{method} is no method", remedy_of_unknown(method, known))
 
 
 def _check_sensitivity(config: Config, programs: Collection[str]) -> None:

@@ -95,8 +95,13 @@ def _shared(place: Sequence[str], other: Sequence[str]) -> int:
 
 def _unknown(word: str, kind: str, known: Collection[str]) -> tuple[str, str]:
     """Return the fault and the remedy of a word that is not known."""
+    return f"unknown {kind}", remedy_of_unknown(word, known)
+
+
+def remedy_of_unknown(word: str, known: Collection[str]) -> str:
+    """Return what to do about a word that is not known: the nearest one that is, if there is one that is near."""
     near = difflib.get_close_matches(word, sorted(known), n=1)
-    return f"unknown {kind}", f"did you mean {near[0]}?" if near else "remove it"
+    return f"did you mean {near[0]}?" if near else "remove it"
 
 
 def _all_keys(model: type[BaseModel]) -> set[str]:

@@ -27,7 +27,7 @@ def check_data_set(name: str, folder: Path, videos: Path | None, tell: Callable[
     Args:
         name: a data set of ``CONFIGURATIONS``, or a source; of a source, all scenes that are there are looked at.
         folder: where it lies.
-        videos: folder of its videos, where it has some apart from its texts; None for ``videos`` in ``folder``.
+        videos: folder of its videos, of a data set that has some beside its texts; None for ``videos`` in ``folder``.
         tell: receives each line.
 
     Raises:
@@ -51,8 +51,7 @@ def archives_of(name: str) -> tuple[Archive, ...]:
     Raises:
         UserError: the name is unknown, or its page has to be visited.
     """
-    kind = readers()[_told(name)["source"]]
-    archives: tuple[Archive, ...] = getattr(kind, "archives", ())
+    archives = _kind(name).archives
     if not archives:
         fault = "has no archive that may be fetched without accepting terms"
         where = CONFIGURATIONS / f"{name}.yaml"
@@ -73,19 +72,28 @@ def _is_whole(name: str, settings: FolderReader, tell: Callable[[str], None]) ->
 def _reader(name: str, folder: Path, videos: Path | None) -> FolderReader:
     """Return the settings of a data set in ``folder``."""
     told = _told(name) | {"folder": str(folder)}
-    kind = readers()[told["source"]]
+    kind = _kind(name)
     if "axes" in kind.model_fields:
         told.setdefault("axes", "opengl")  # which are right is seen when points are triangulated, not here
     if "videos" in kind.model_fields:
         told["videos"] = str(videos or folder / "videos")
+    elif videos is not None:
+        raise UserError(f"data set {name}", "has no videos", "leave the option --videos out")
     try:
-        reader = kind.model_validate(told)
+        return kind.model_validate(told)
     except ValidationError as error:
         place, fault = first_fault(error)
-        raise UserError(f"data set {name}: {place}", fault, f"correct {CONFIGURATIONS / name}.yaml") from None
-    if not isinstance(reader, FolderReader):
-        raise UserError(f"data set {name}", "has no files of yours", "name another one")
-    return reader
+        path = CONFIGURATIONS / f"{name}.yaml"
+        remedy = f"correct {path}" if path.is_file() else "correct it"
+        raise UserError(f"data set {name}: {place}", fault, remedy) from None
+
+
+def _kind(name: str) -> type[FolderReader]:
+    """Return the reader of a data set."""
+    kind = readers()[_told(name)["source"]]
+    if not issubclass(kind, FolderReader):
+        raise UserError(f"data set {name}", "is made on the spot from no files of yours", "name another one")
+    return kind
 
 
 def _told(name: str) -> dict[str, Any]:

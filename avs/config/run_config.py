@@ -20,7 +20,7 @@ from avs.nvs.picture_settings import PictureSettings
 from avs.nvs.protocol import ProtocolSettings
 from avs.nvs.timing_settings import RuntimeSettings
 from avs.report.published import PRINTED_NAMES, STAND_INS
-from avs.report.report_settings import ReportSettings
+from avs.report.report_settings import ENDINGS, ReportSettings
 from avs.representations import kinds
 from avs.representations.kinds import AnyRepresentationSettings
 from avs.system.models import Different, Seed, StrictModel
@@ -118,6 +118,16 @@ class Config(StrictModel):
         if self.distortions is None and self.scorers:
             raise ValueError("scorers need the section distortions, the data to train them on")
         return self
+
+    @field_validator("datasets")
+    @classmethod
+    def _tables_have_names_of_their_own(cls, datasets: dict[str, Reader]) -> dict[str, Reader]:
+        for name in datasets:
+            for ending in ENDINGS:
+                if name.endswith(ending):
+                    told = f"ends in {ending}, as a file beside the table of {name.removesuffix(ending)} would"
+                    raise ValueError(f"the name {name} {told}")
+        return datasets
 
     @model_validator(mode="after")
     def _data_sets_are_known(self) -> Self:

@@ -42,10 +42,10 @@ def scenes_of(config: Config) -> dict[str, Mapping[str, Reader]]:
     seen: dict[tuple[object, ...], tuple[str, str]] = {}
     for dataset, scenes in listed.items():
         for scene, settings in scenes.items():
-            first = seen.setdefault(settings.identity(), (dataset, scene))
-            if uses[first[0]] != uses[dataset]:
-                fault = f"is the scene {first[1]} of {first[0]}: one is {uses[first[0]]}, the other {uses[dataset]}"
-                raise UserError(f"configuration: {scene} of {dataset}", fault, "leave it out of one of them")
+            for first in [seen.setdefault(identity, (dataset, scene)) for identity in settings.identities()]:
+                if uses[first[0]] != uses[dataset]:
+                    fault = f"is the scene {first[1]} of {first[0]}: one is {uses[first[0]]}, the other {uses[dataset]}"
+                    raise UserError(f"configuration: {scene} of {dataset}", fault, "leave it out of one of them")
     return listed
 
 

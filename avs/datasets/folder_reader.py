@@ -73,10 +73,11 @@ class FolderReader(Reader, CaptureSettings):
         """Return every file that the scene may be read from."""
         return self.layout().files(self.place)
 
-    def identity(self) -> tuple[object, ...]:
-        """Return what tells its photographs from those of others: a copy is the same scene."""
+    def identities(self) -> tuple[tuple[object, ...], ...]:
+        """Return the place of the scene and what tells its photographs from those of others: a copy is the same."""
         key = self.layout().key(self.place)
-        return (self.source, str(self.place.resolve()) if key is None else key)
+        place = ("place", str(self.place.resolve()))
+        return (place,) if key is None else (place, ("photographs", *key))
 
     @property
     def place(self) -> Path:

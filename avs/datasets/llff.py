@@ -86,8 +86,10 @@ def _rows(path: Path) -> FloatArray:
     check_regular(path)
     try:
         table = np.load(path, allow_pickle=False)
-    except (ValueError, EOFError) as error:
+    except Exception as error:  # numpy raises many types for a damaged header
         raise UserError(path, "is damaged or cut off, or no table of numbers", _COPY) from error
+    if not isinstance(table, np.ndarray):
+        raise UserError(path, "is an archive of several tables, not one", _COPY)
     if table.ndim != 2 or table.shape[1] != 17 or not np.issubdtype(table.dtype, np.floating) or not len(table):
         raise UserError(path, f"holds {table.dtype} of shape {table.shape}, not n x 17 numbers", _COPY)
     if not np.isfinite(table).all():

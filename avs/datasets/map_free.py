@@ -7,7 +7,7 @@ Points are triangulated with the poses given: the data set has none.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -22,6 +22,7 @@ from avs.datasets.posed_scene import PosedPictures
 from avs.scene.colmap import Model, ModelCamera, ModelImage
 from avs.scene.colmap.model import check_camera, check_pose
 from avs.system.errors import UserError
+from avs.system.lists_of_names import some_of
 from avs.system.models import Different
 
 _LICENCE = "Niantic's terms for Map-Free Relocalisation, for research alone, no redistribution"
@@ -55,7 +56,8 @@ class MapFree(PictureFolderReader):
             UserError: a file is missing or damaged, or the poses are those of the test split, which has none.
         """
         cameras = read_intrinsics(self.place / _INTRINSICS)
-        images = self._chosen(read_poses(self.place / _POSES))
+        posed = read_poses(self.place / _POSES)
+        images = self._chosen(posed)
         identifiers: dict[ModelCamera, int] = {}
         registered = {}
         for number, image in enumerate(images, 1):
@@ -71,9 +73,19 @@ class MapFree(PictureFolderReader):
             root=self.place,
             camera_file=self.place / _INTRINSICS,
             model=Model({identifier: camera for camera, identifier in identifiers.items()}, registered),
-            notes=(f"{len(images)} frames of {', '.join(self.sequences)}, every {self.every}",),
+            notes=(
+                f"{len(images)} frames of {', '.join(self.sequences)}, every {self.every}",
+                *self._without_pose({image.name for image in posed}),
+            ),
             find_points=triangulated_points,
         )
+
+    def _without_pose(self, known: Collection[str]) -> list[str]:
+        """Return the note on frames that the file of poses does not name, if there are any."""
+        frames = [path.relative_to(self.place).as_posix() for path in _frames(self.place)]
+        wanted = [name for name in frames if name.partition("/")[0] in self.sequences]
+        lost = [name for name in wanted if name not in known]
+        return [f"{len(lost)} of {len(wanted)} frames have no pose ({some_of(lost)})"] if lost else []
 
     def _chosen(self, images: Sequence[ModelImage]) -> list[ModelImage]:
         """Return the images of the sequences, by name, every n-th of them."""

@@ -10,12 +10,12 @@ from typing import Literal
 
 from pydantic import Field, PositiveInt
 
-from avs.datasets.capture_folders import COLMAP, Layout, walk_files
-from avs.datasets.capture_pictures import is_image
+from avs.datasets.capture_folders import COLMAP, Layout
 from avs.datasets.captures import posed_capture
 from avs.datasets.folder_reader import PictureFolderReader
 from avs.datasets.posed_scene import PosedPictures
 from avs.datasets.published_archives import Archive
+from avs.scene.colmap.conversion import sorted_images
 from avs.scene.images import read_header
 from avs.system.errors import UserError
 
@@ -48,13 +48,17 @@ class MipNerf360(PictureFolderReader):
         Raises:
             UserError: they are smaller copies, or as of ``avs.datasets.captures.posed_capture``.
         """
-        pictures = sorted(path for path in walk_files(self.place / "images") if is_image(path))
-        if pictures and max(size := read_header(pictures[0]).size) < (self.long_side or 0):
-            fault = f"is {size[0]} x {size[1]} pixels, less than the {self.long_side} wanted: a smaller copy"
-            raise UserError(
-                pictures[0], fault, "put the full images of the archive into images/, not those of images_4"
-            )
-        return posed_capture(self.place)
+        posed = posed_capture(self.place)
+        for image in sorted_images(posed.model):
+            camera, size = posed.model.cameras[image.camera_id], read_header(posed.root / image.name).size
+            if size != (camera.width, camera.height):
+                real, told = ("x".join(map(str, each)) for each in (size, (camera.width, camera.height)))
+                raise UserError(
+                    posed.root / image.name,
+                    f"is {real} pixels, but its camera {told}: a smaller copy",
+                    "put the full images of the archive into images/, not those of images_2 or images_4",
+                )
+        return posed
 
 
 READER = MipNerf360

@@ -17,7 +17,7 @@ from avs.datasets.transforms_file import Axes, PixelCenters, Transforms, model_o
 from avs.scene.images import read_header
 from avs.system.errors import UserError
 
-FILES = ("transforms.json", "camera-rgb-rectified-*/transforms.json", "camera-rgb-transforms.json")
+FILES = ("camera-rgb-rectified-*/transforms.json", "transforms.json", "camera-rgb-transforms.json")
 """Where the file of cameras lies in a scene's folder, the preferred place first."""
 
 
@@ -53,6 +53,9 @@ class TransformsReader(PictureFolderReader):
         """
         transforms = read_transforms(_cameras_file(self.place))
         root = transforms.path.parent
+        for name, _ in transforms.frames:
+            if (root / name).is_dir():
+                raise UserError(transforms.path, f"{name} is a folder, not a picture", "name the picture's file")
         sizes = {name: read_header(root / name).size for name, _ in transforms.frames}
         model = model_of(transforms, sizes, self.axes, self.pixel_centers)
         find = triangulating(transforms.path, self.axes)
@@ -67,6 +70,7 @@ class TransformsReader(PictureFolderReader):
             camera_file=transforms.path,
             model=model,
             notes=tuple(_size_notes(transforms, sizes)),
+            listed=_beside(root, transforms),
             find_points=find,
         )
 
@@ -85,9 +89,24 @@ READER = Nerfstudio
 
 
 def _cameras_file(folder: Path) -> Path:
-    """Return the file of cameras in a scene's folder; that of the first place if there is none."""
-    found = [path for pattern in FILES for path in sorted(folder.glob(pattern))]
-    return found[0] if found else folder / FILES[0]
+    """Return the file of cameras in a scene's folder; where it should be if there is none.
+
+    Raises:
+        UserError: there are several in places of one rank.
+    """
+    for found in (sorted(folder.glob(pattern)) for pattern in FILES):
+        if len(found) > 1:
+            told = ", ".join(path.parent.name for path in found)
+            raise UserError(folder, f"has several exports: {told}", "keep the one that is meant")
+        if found:
+            return found[0]
+    return folder / "transforms.json"
+
+
+def _beside(root: Path, transforms: Transforms) -> tuple[Path, ...]:
+    """Return all files that lie where the listed pictures do: pictures among them may be left out of the list."""
+    folders = sorted({(root / name).parent for name, _ in transforms.frames})
+    return tuple(path for folder in folders if folder.is_dir() for path in sorted(folder.iterdir()))
 
 
 def _holds(path: Path) -> bool:
@@ -102,13 +121,14 @@ def _pictures(folder: Path) -> list[Path]:
 def _files(folder: Path) -> list[Path]:
     """Return the file of cameras, the pictures that it lists, and its cloud, as far as they are there."""
     clouds, pictures = _listed(folder)
-    return [_cameras_file(folder), *pictures, *clouds]
+    cameras = [path for pattern in FILES for path in sorted(folder.glob(pattern))]
+    return [*cameras, *pictures, *clouds]
 
 
 def _listed(folder: Path) -> tuple[list[Path], list[Path]]:
     """Return the cloud and the pictures that the file of cameras lists and that are there."""
-    path = _cameras_file(folder)
     try:
+        path = _cameras_file(folder)
         told = read_transforms(path)
     except UserError:  # the job that prepares the scene says so
         return [], []

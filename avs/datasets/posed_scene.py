@@ -14,6 +14,7 @@ import numpy as np
 
 from avs.datasets.capture_consistency import consistency_notes, unseen_notes
 from avs.datasets.capture_depths import check_depths
+from avs.datasets.capture_geometry import geometry_notes
 from avs.datasets.capture_pictures import Picture, picture_notes, plan_pictures, unique_names
 from avs.datasets.capture_repeats import Repeats, find_repeats, repeat_notes, without
 from avs.datasets.capture_settings import CaptureSettings
@@ -24,6 +25,7 @@ from avs.scene.images import Pixels, read_image
 from avs.scene.points import Points
 from avs.scene.scene import write_scene
 from avs.scene.views import Views
+from avs.system.errors import UserError
 
 FindPoints = Callable[[Views], tuple[Points, list[str]]]
 """Finds points that views with known poses see, and says what a reader of the scene should know of them. Observations
@@ -123,10 +125,14 @@ def _points(
 ) -> tuple[Points, list[str]]:
     """Return the points with what is seen of them in the pictures, and what a reader should know of them."""
     if posed.find_points is not None:
+        if len(pictures) < 2:
+            fault = f"leaves {len(pictures)} picture, of which no point can be triangulated"
+            raise UserError(posed.camera_file, fault, "use two pictures or more")
         read = [picture.read(settings) for picture in pictures]
         pixels = tuple(read_image(image) if isinstance(image, Path) else image for image in read)
-        points, notes = posed.find_points(Views(cameras, pixels, tuple(names)))
-        return _visible(points, cameras), notes
+        views = Views(cameras, pixels, tuple(names))
+        points, notes = posed.find_points(views)
+        return _visible(points, cameras), [*notes, *geometry_notes(views, points.positions)]
     observed = points_of(model)
     points = _visible(observed, cameras)
     notes = [*consistency_notes(model), *unseen_notes(names, observed, points), *_notes(model, points)]

@@ -65,8 +65,11 @@ class Reader(StrictModel):
         """Return the user's files that the scene is made from; ``self`` is of one scene."""
 
     @abstractmethod
-    def identity(self) -> tuple[object, ...]:
-        """Return what tells the scene from others, whatever its size and quality; ``self`` is of one scene."""
+    def identities(self) -> tuple[tuple[object, ...], ...]:
+        """Return what tells the scene from others, whatever its size and quality; ``self`` is of one scene.
+
+        Two scenes that share one of these show the same, whichever readers they are of.
+        """
 
     @abstractmethod
     def prepare(self, dataset: str, folder: Path) -> None:

@@ -8,6 +8,7 @@ triangulated with the poses given.
 
 from __future__ import annotations
 
+import hashlib
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -73,7 +74,13 @@ class RealEstate10K(FolderReader):
     @classmethod
     def layout(cls) -> Layout:
         """Return how a text is told from others."""
-        return Layout(_is_text, lambda path: [path], lambda path: (path.stem,), "texts <id>.txt")
+        return Layout(_is_text, lambda path: [path], _key, "texts <id>.txt")
+
+    def left_out(self) -> dict[str, Reason]:
+        """Return why a text is no scene, by its name, and which scenes that should be there are not."""
+        told = self._found().left_out
+        named = {_scene_name(Path(name)) for name in told}
+        return told | {name: reason for name, reason in super().left_out().items() if name not in named}
 
     def files(self) -> list[Path]:
         """Return the text and the video."""
@@ -139,23 +146,54 @@ class RealEstate10K(FolderReader):
         with explained():
             if _is_text(self.place):
                 return FoundCaptures({_scene_name(self.place): self.place}, {})
-            if not self.place.is_dir():
-                raise UserError(self.place, "there is no such folder", "give the folder of the texts")
+            wanted = self._wanted_texts()
             videos = _videos(Path(self.videos))
-            found = [path for part in (".", "train", "test") for path in sorted((self.place / part).glob("*.txt"))]
-            texts = {_scene_name(path): path for path in found if _is_text(path)}
-            wanted = {name: path for name, path in texts.items() if self.only is None or name in self.only}
-            there = {name: path for name, path in wanted.items() if _identifier(path) in videos or path.stem in videos}
+            there = [path for path in wanted if _identifier(path) in videos or path.stem in videos]
+            folders, left_out = self._told_apart(there)
+        lacking = {_scene_name(path): _identifier(path) or path.stem for path in wanted if path not in there}
         if not there:
-            lacking = [_identifier(path) or path.stem for path in wanted.values()]
-            fault = f"holds no video of the {len(wanted)} wanted texts in {self.place} ({some_of(lacking)})"
+            fault = f"holds no video of the {len(wanted)} wanted texts in {self.place} ({some_of([*lacking.values()])})"
             raise UserError(self.videos, fault, "put the videos there, each called after its identifier")
         lost = {
-            name: Reason(cause=f"lacks its video, {_identifier(path)}", remedy=f"put it into {self.videos}")
-            for name, path in wanted.items()
-            if name not in there and self.only is not None
+            name: Reason(cause=f"lacks its video, {video}", remedy=f"put it into {self.videos}")
+            for name, video in lacking.items()
+            if name not in folders and self.only is not None
         }
-        return FoundCaptures(there, lost)
+        return FoundCaptures(folders, lost | left_out)
+
+    def _wanted_texts(self) -> list[Path]:
+        """Return the texts that ``only`` names, or all; of two with one scene name, that which has it is the first."""
+        if not self.place.is_dir():
+            raise UserError(self.place, "there is no such folder", "give the folder of the texts")
+        found = [path for part in (".", "train", "test") for path in sorted((self.place / part).glob("*.txt"))]
+        texts = [path for path in found if _is_text(path)]
+        if not texts:
+            raise UserError(
+                self.place, "holds no texts <id>.txt, nor does train or test in it", "give the folder of the texts"
+            )
+        wanted = [path for path in texts if self.only is None or _scene_name(path) in self.only]
+        if not wanted:
+            fault = f"holds none of the texts that `only` names ({some_of(self.only or ())})"
+            raise UserError(self.place, fault, "name some that are there, or get the others")
+        return sorted(wanted, key=lambda path: (path.is_symlink(), path.stem != _scene_name(path)))
+
+    def _told_apart(self, texts: list[Path]) -> tuple[dict[str, Path], dict[str, Reason]]:
+        """Return the texts by scene name, and why others of them are left out: a clip does not count twice."""
+        folders: dict[str, Path] = {}
+        left_out = {}
+        keys: dict[tuple[object, ...], Path] = {}
+        for path in texts:
+            name, shown = _scene_name(path), path.relative_to(self.place).as_posix()
+            first = keys.setdefault(_key(path), path)
+            if first != path:
+                cause = f"is the same clip as {first.relative_to(self.place).as_posix()}"
+                left_out[shown] = Reason(cause=cause, remedy="take one away")
+            elif name in folders:
+                other = folders[name].relative_to(self.place).as_posix()
+                left_out[shown] = Reason(cause=f"has the same scene name, {name}, as {other}", remedy="rename one")
+            else:
+                folders[name] = path
+        return dict(sorted(folders.items())), left_out
 
 
 READER = RealEstate10K
@@ -201,6 +239,13 @@ def _model(path: Path, told: PosedFrames, found: dict[int, tuple[str, int, int]]
 
 def _is_text(path: Path) -> bool:
     return path.suffix == ".txt" and path.is_file()
+
+
+def _key(path: Path) -> tuple[object, ...]:
+    """Return what tells a clip from others: its video, and the hash of its lines, however blanks are set."""
+    first, _, lines = path.read_bytes().partition(b"\n")
+    video = _identifier_in(first.decode(errors="replace")) or path.stem
+    return ("clip", video, hashlib.sha256(b" ".join(lines.split())).hexdigest())
 
 
 def _scene_name(path: Path) -> str:

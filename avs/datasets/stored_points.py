@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from avs.scene.cameras import Cameras, FloatArray
 from avs.scene.points import Points
@@ -13,6 +15,10 @@ from avs.system.regular_files import check_regular
 
 _LOOKED_AT = 20_000
 """Points of a cloud that are looked for in the pictures, evenly spread over it."""
+
+
+_ROUNDING = 0.01
+"""By which a colour of 1 may come out greater."""
 
 
 def read_ply(path: Path) -> Points:
@@ -37,9 +43,20 @@ def read_ply(path: Path) -> Points:
         raise UserError(path, f"the cloud is damaged, or no cloud ({error})", "copy the file again") from error
     if not np.isfinite(positions).all() or not np.isfinite(colors).all():
         raise UserError(path, "a point of the cloud is not finite", "copy the file again, or take the point out")
-    if np.issubdtype(colors.dtype, np.floating) and colors.max(initial=0) <= 1:
-        colors = np.rint(colors * 255)
-    return Points(positions, np.clip(colors, 0, 255).astype(np.uint8), np.zeros((0, 2), dtype=np.int64))
+    return Points(positions, _bytes_of(path, colors), np.zeros((0, 2), dtype=np.int64))
+
+
+def _bytes_of(path: Path, colors: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
+    """Return colours ``[n, 3]`` in 0..255, from bytes, 16 bits, or floats in 0..1."""
+    if colors.dtype == np.uint16 and colors.max(initial=0) > 255:
+        colors = np.rint(colors / 257)
+    elif np.issubdtype(colors.dtype, np.floating) and colors.max(initial=0) <= 1 + _ROUNDING:
+        colors = np.rint(np.clip(colors, 0, 1) * 255)
+    if colors.min(initial=0) < 0 or colors.max(initial=0) > 255:
+        fault = f"colours from {colors.min():g} to {colors.max():g}, neither in 0..1 nor in 0..255"
+        raise UserError(path, fault, "save the cloud with colours of 8 bits")
+    found: npt.NDArray[np.uint8] = np.rint(colors).astype(np.uint8)
+    return found
 
 
 def seen_shares(cameras: Cameras, positions: FloatArray) -> FloatArray:

@@ -40,6 +40,7 @@ class _Told(BaseModel):
     model_config = ConfigDict(extra="ignore", frozen=True, allow_inf_nan=False)
 
     camera_model: str | None = None
+    is_fisheye: bool = False
     fl_x: float | None = None
     fl_y: float | None = None
     fx: float | None = None
@@ -100,9 +101,20 @@ def read_transforms(path: Path) -> Transforms:
         name = _name_of(path, name)
         if name in frames:
             raise UserError(path, f"lists the picture {name} twice", "take one of the two out of frames")
-        frames[name] = _Frame.model_validate(shared | own.model_dump(exclude_unset=True))
+        told = own.model_dump(exclude_unset=True)
+        frames[name] = _Frame.model_validate(_without_those_of(told, shared) | told)
     points = None if file.ply_file_path is None else path.parent / _name_of(path, file.ply_file_path)
     return Transforms(path, tuple(frames.items()), points)
+
+
+_ALTERNATIVES = (("fl_x", "fx", "camera_angle_x"), ("fl_y", "fy"), ("camera_model", "is_fisheye"))
+"""Keys that tell the same under several names: a frame's own goes before the file's, whichever of them it is."""
+
+
+def _without_those_of(own: dict[str, object], shared: dict[str, object]) -> dict[str, object]:
+    """Return what the file says for all frames, less what a frame says under another name."""
+    replaced = {key for keys in _ALTERNATIVES if not own.keys().isdisjoint(keys) for key in keys}
+    return {key: value for key, value in shared.items() if key not in replaced}
 
 
 def model_of(transforms: Transforms, sizes: dict[str, tuple[int, int]], axes: Axes, centers: PixelCenters) -> Model:
@@ -196,8 +208,11 @@ def _name_of(path: Path, told: str) -> str:
 def _camera(path: Path, name: str, frame: _Frame, size: tuple[int, int], shift: float) -> ModelCamera:
     """Return the camera of a frame; ``shift`` is added to its principal point."""
     stated = frame.w is not None and frame.h is not None
+    if (frame.w is None) != (frame.h is None):
+        raise UserError(path, f"states one of w and h alone for {name}", "state both, or neither")
     width, height = (round(frame.w or 0), round(frame.h or 0)) if stated else size
-    focal = frame.fl_x or frame.fx
+    focal = frame.fx if frame.fl_x is None else frame.fl_x
+    vertical = frame.fy if frame.fl_y is None else frame.fl_y
     if focal is None and frame.camera_angle_x is not None and 0 < frame.camera_angle_x < math.pi:
         focal = width / 2 / math.tan(frame.camera_angle_x / 2)
     if focal is None:
@@ -208,7 +223,8 @@ def _camera(path: Path, name: str, frame: _Frame, size: tuple[int, int], shift: 
         fault = f"the principal point ({center_x:g}, {center_y:g}) lies outside of {name}, {width} x {height} pixels"
         raise UserError(path, fault, "state in w and h the size that the intrinsics are of")
     model, distortion = _distortion(path, name, frame)
-    return ModelCamera(model, width, height, (focal, frame.fl_y or frame.fy or focal, center_x, center_y, *distortion))
+    parameters = (focal, focal if vertical is None else vertical, center_x, center_y, *distortion)
+    return ModelCamera(model, width, height, parameters)
 
 
 def _distortion(path: Path, name: str, frame: _Frame) -> tuple[str, tuple[float, ...]]:
@@ -216,9 +232,11 @@ def _distortion(path: Path, name: str, frame: _Frame) -> tuple[str, tuple[float,
     radial, tangential, others = (frame.k1, frame.k2), (frame.p1, frame.p2), tuple(frame.distortion_params)
     if frame.camera_model == "FISHEYE624" and len(others) == 12:  # Aria's own camera model
         return "RAD_TAN_THIN_PRISM_FISHEYE", others
-    if frame.camera_model == "OPENCV_FISHEYE" and not any((*tangential, *others)):
+    # instant-ngp says it by a key of its own
+    fisheye = frame.camera_model == "OPENCV_FISHEYE" or (frame.is_fisheye and frame.camera_model in _PERSPECTIVE)
+    if fisheye and not any((*tangential, *others)):
         return "OPENCV_FISHEYE", (*radial, frame.k3, frame.k4)
-    if frame.camera_model in _PERSPECTIVE and not frame.k4 and not any(others):
+    if frame.camera_model in _PERSPECTIVE and not fisheye and not frame.k4 and not any(others):
         if frame.k3:
             return "FULL_OPENCV", (*radial, *tangential, frame.k3, 0.0, 0.0, 0.0)
         return ("OPENCV", (*radial, *tangential)) if any((*radial, *tangential)) else ("PINHOLE", ())

@@ -23,6 +23,7 @@ from avs.nvs.picture_settings import PICTURES, PictureSettings
 from avs.nvs.record import Episode, KeptPictures
 from avs.representations.base import FloatImages, Renderer
 from avs.scene.cameras import Cameras
+from avs.scene.even_places import evenly_spread
 from avs.scene.views import Views
 from avs.selection.contract import PredictsMaps, Selector, State
 from avs.system.errors import UserError
@@ -38,8 +39,7 @@ Files = Mapping[str, bytes]
 
 def final_rows(count: int, settings: PictureSettings) -> list[int]:
     """Return the places of the test images whose renderings are kept, ascending, of ``count`` in the order of names."""
-    kept = min(settings.test_images, count)
-    return np.unique(np.linspace(0, count - 1, kept).round().astype(int)).tolist() if kept else []
+    return evenly_spread(count, settings.test_images)
 
 
 def final_files(renderer: Renderer, cameras: Cameras, settings: PictureSettings) -> dict[str, bytes]:

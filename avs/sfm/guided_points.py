@@ -46,7 +46,7 @@ def guided_points(views: Views, settings: GuidedSettings) -> Points:
         first, second = features[pair[0]], features[pair[1]]
         cameras = views.cameras[list(pair)]
         matches = guided_matches(first, second, cameras, settings)
-        found = _triangulated(first.pixels[matches[:, 0]], second.pixels[matches[:, 1]], cameras, settings)
+        found = triangulated_pairs(first.pixels[matches[:, 0]], second.pixels[matches[:, 1]], cameras, settings)
         rows = np.arange(count, count + len(found))
         positions.append(found)
         observations.append(np.stack([np.repeat(rows, 2), np.tile(pair, len(found))], axis=1))
@@ -101,7 +101,7 @@ def guided_matches(first: Features, second: Features, cameras: Cameras, settings
     return np.stack([rows[kept], best[kept]], axis=1)
 
 
-def _triangulated(first: FloatArray, second: FloatArray, cameras: Cameras, settings: GuidedSettings) -> FloatArray:
+def triangulated_pairs(first: FloatArray, second: FloatArray, cameras: Cameras, settings: GuidedSettings) -> FloatArray:
     """Return the points ``[n, 3]`` of pairs of pixels ``[m, 2]``, without those that are uncertain or off.
 
     The point lies half way between the two rays where they come nearest.

@@ -1,6 +1,7 @@
 """The configuration: typed, typos named, schemas up to date, read without torch."""
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ import yaml
 
 from avs.config.configuration import load, variant_of
 from avs.config.schemas import SCHEMAS, write_schemas
+from avs.report.report_settings import ENDINGS
 from avs.system.errors import UserError
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -53,6 +55,10 @@ def test_every_scale_follows_the_schema(path):
             "configuration: .*datasets.captures.published must be one of mipnerf360",
         ),
         ({"datasets": {"Or bit": {"source": "captures"}}}, "configuration: datasets.Or bit.*; correct the value"),
+        (
+            {"datasets": values()["datasets"] | {"orbit_per_scene": {"source": "captures", "folder": "x"}}},
+            "datasets: .*the name orbit_per_scene ends in _per_scene, as a file beside the table of orbit would;",
+        ),
         ({"datasets": {}}, "configuration: .*names the data set handheld_training, which is none of"),
         (
             {"distortions": {"training": ["orbit"], "held_out": ["orbit"]}},
@@ -137,6 +143,19 @@ def test_the_reference_of_the_tables_is_a_method_or_none():
 
 
 VARIED = {"methods": ["random"], "variants": {"few": {"representation": {"densification": {"max_gaussians": 50}}}}}
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_no_data_set_takes_the_place_of_another_ones_table(ending):
+    own = {f"orbit{ending}": values()["datasets"]["orbit"]}
+    with pytest.raises(UserError, match=f"the name orbit{ending} ends in {ending}"):
+        load(values() | {"datasets": values()["datasets"] | own})
+    load(values() | {"datasets": values()["datasets"] | {f"orbit{ending}s": values()["datasets"]["orbit"]}})
+
+
+def test_the_endings_of_tables_are_those_that_the_rules_add():
+    rules = "".join(path.read_text() for path in (ROOT / "workflows" / "rules").glob("*.smk"))
+    assert set(re.findall(r'"(_\w+)\.csv"', rules)) == set(ENDINGS)
 
 
 def test_a_variant_is_laid_over_the_settings_of_the_run():

@@ -1,5 +1,8 @@
 """The scenes of a run: listed by data set, none used twice, captures in place of what is evaluated."""
 
+import json
+
+import numpy as np
 import pytest
 import yaml
 from factories import small_scene
@@ -59,6 +62,24 @@ def test_a_copy_of_a_capture_has_one_use_too(tmp_path):
         changed["datasets"][name] = {"source": "captures", "folder": str(tmp_path / name)}
     changed["distortions"]["training"] = ["studied"]
     line = "tested of tested: is the scene studied of studied: one is for training scorers, the other evaluated"
+    with pytest.raises(UserError, match=line):
+        scenes_of(load(changed))
+
+
+def test_one_folder_read_by_two_readers_has_one_use_too(tmp_path):
+    """Where each reader takes other pictures of it: the second lists two of the sixteen."""
+    folder = tmp_path / "both" / "garden"
+    small_scene(folder, count=16, name="garden")
+    frames = [{"file_path": f"images/{number:03d}.png", "transform_matrix": np.eye(4).tolist()} for number in range(2)]
+    shared = {"fl_x": 9, "fl_y": 9, "cx": 9, "cy": 9, "w": 9, "h": 9}
+    (folder / "transforms.json").write_text(json.dumps(shared | {"frames": frames}))
+    changed = values()
+    changed["datasets"] |= {
+        "studied": {"source": "nerfstudio", "folder": str(tmp_path / "both"), "axes": "opengl"},
+        "tested": {"source": "captures", "folder": str(tmp_path / "both")},
+    }
+    changed["distortions"]["training"] = ["studied"]
+    line = "garden of tested: is the scene garden of studied: one is for training scorers, the other evaluated"
     with pytest.raises(UserError, match=line):
         scenes_of(load(changed))
 

@@ -1,16 +1,12 @@
 """Captures in LLFF's form: geometry and faults."""
 
-import re
-
 import numpy as np
 import pytest
 from PIL import Image
 
 from avs.datasets.llff import Llff
-from avs.scene.scene import read_scene
-from avs.system.errors import UserError
-from avs.system.files import explained
 from tests import tolerances
+from tests.datasets.reader_checks import assert_refused, first_scene
 from tests.datasets.textured_factory import (
     FOCAL,
     SIZE,
@@ -35,10 +31,7 @@ def make(folder, count=10):
 
 
 def prepared(folder, tmp_path):
-    (name, reader), *_ = Llff(folder=str(folder), long_side=None).scenes().items()
-    with explained():
-        reader.prepare("mine", tmp_path / "out" / name)
-    return read_scene(tmp_path / "out" / name)
+    return first_scene(Llff(folder=str(folder), long_side=None), tmp_path)
 
 
 def test_poses_and_intrinsics_are_read(tmp_path):
@@ -92,7 +85,4 @@ def test_a_fault_is_told_in_one_line_and_leaves_nothing(fault, tmp_path):
     folder = make(tmp_path / "a")
     damage, message = FAULTS[fault]
     damage(folder)
-    with pytest.raises(UserError) as caught:
-        prepared(folder, tmp_path)
-    assert re.search(message, str(caught.value)), str(caught.value)
-    assert not list((tmp_path / "out").glob("*"))
+    assert_refused(lambda: prepared(folder, tmp_path), message, tmp_path)

@@ -10,10 +10,8 @@ from PIL import Image
 from scipy.spatial.transform import Rotation
 
 from avs.datasets.map_free import EVALUATION, TRAINING, MapFree, drawn_split
-from avs.scene.scene import read_scene
-from avs.system.errors import UserError
-from avs.system.files import explained
 from tests import tolerances
+from tests.datasets.reader_checks import assert_refused, first_scene
 from tests.datasets.textured_factory import (
     CENTER,
     FOCAL,
@@ -46,10 +44,7 @@ def make(folder):
 
 
 def prepared(folder, tmp_path, **settings):
-    (name, reader), *_ = MapFree(folder=str(folder), **settings).scenes().items()
-    with explained():
-        reader.prepare("mapfree", tmp_path / "out" / name)
-    return read_scene(tmp_path / "out" / name)
+    return first_scene(MapFree(folder=str(folder), **settings), tmp_path, "mapfree")
 
 
 def test_a_scene_has_the_poses_given_and_points_triangulated_from_its_frames(tmp_path):
@@ -115,11 +110,7 @@ def test_a_fault_is_told_in_one_line_and_leaves_nothing(fault, tmp_path):
     folder = make(tmp_path / "s00003")
     damage, message = FAULTS[fault]
     damage(folder)
-    with pytest.raises(UserError) as caught:
-        prepared(folder, tmp_path)
-    assert re.search(message, str(caught.value)), str(caught.value)
-    assert str(caught.value).isprintable()
-    assert not list((tmp_path / "out").glob("*"))
+    assert_refused(lambda: prepared(folder, tmp_path), message, tmp_path)
 
 
 def test_the_stored_split_is_the_one_that_seed_0_draws():

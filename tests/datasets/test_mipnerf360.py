@@ -50,7 +50,7 @@ def test_smaller_copies_in_place_of_the_full_images_are_refused(tmp_path):
     (tmp_path / "data" / "garden" / "images_4").rename(tmp_path / "data" / "garden" / "images")
     reader = MipNerf360(folder=str(tmp_path / "data"), long_side=100)
     with pytest.raises(
-        UserError, match=r"is 40 x 30 pixels, less than the 100 wanted: a smaller copy; put the full images"
+        UserError, match=r"is 40x30 pixels, but its camera 160x120: a smaller copy; put the full images"
     ):
         reader.scenes()["garden"].prepare("mipnerf360", tmp_path / "garden")
 

@@ -1,6 +1,7 @@
 """Archives of a data set are fetched and unpacked once."""
 
 import json
+import shutil
 import zipfile
 
 import pytest
@@ -22,6 +23,7 @@ def asked(monkeypatch):
         found.append(url)
         with zipfile.ZipFile(target, "w") as archive:
             archive.writestr(f"{target.stem}/images/a.jpg", b"picture")
+            archive.writestr(f"{target.stem}.txt", b"terms")
         return Downloaded(file_hash(target), target.stat().st_size, True)
 
     monkeypatch.setattr(published_archives, "download", download)
@@ -31,11 +33,36 @@ def asked(monkeypatch):
 def test_archives_are_unpacked_once_and_taken_away(asked, tmp_path):
     archives = [Archive("https://example.invalid/one.zip"), Archive("https://example.invalid/two.zip")]
     marks = fetch_archives(archives, tmp_path / "data", False, print)
-    assert [json.loads(mark.read_text())["unpacked"] for mark in marks] == [["one"], ["two"]]
+    assert [json.loads(mark.read_text())["unpacked"] for mark in marks] == [["one", "one.txt"], ["two", "two.txt"]]
     assert (tmp_path / "data/two/images/a.jpg").read_bytes() == b"picture"
-    assert sorted(path.name for path in (tmp_path / "data").iterdir()) == ["one", "one.zip.json", "two", "two.zip.json"]
+    ours = [f"{name}{ending}" for name in ("one", "two") for ending in ("", ".txt", ".zip.json")]
+    assert sorted(path.name for path in (tmp_path / "data").iterdir()) == ours
     fetch_archives(archives, tmp_path / "data", False, print)
     assert len(asked) == 2
+
+
+@pytest.mark.parametrize("gone", [("one",), ("one.txt",), ("one", "one.txt")])
+def test_what_is_gone_is_fetched_again_and_the_rest_left_as_it_is(gone, asked, tmp_path):
+    archives = [Archive("https://example.invalid/one.zip")]
+    fetch_archives(archives, tmp_path, False, print)
+    (tmp_path / "one" / "images" / "a.jpg").write_bytes(b"mine")
+    (tmp_path / "one.txt").write_bytes(b"mine")
+    for name in gone:
+        shutil.rmtree(tmp_path / name) if name == "one" else (tmp_path / name).unlink()
+    lines = []
+    fetch_archives(archives, tmp_path, False, lines.append)
+    assert lines[0] == f"one.zip: was unpacked here before; gone since: {', '.join(gone)}"
+    assert len(asked) == 2
+    assert (tmp_path / "one/images/a.jpg").read_bytes() == (b"picture" if "one" in gone else b"mine")
+    assert (tmp_path / "one.txt").read_bytes() == (b"terms" if "one.txt" in gone else b"mine")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["one", "one.txt", "one.zip.json"]
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"unpacked": 3}', "\xff"])
+def test_a_mark_without_sense_is_none(text, asked, tmp_path):
+    (tmp_path / "one.zip.json").write_text(text, encoding="latin-1")
+    fetch_archives([Archive("https://example.invalid/one.zip")], tmp_path, False, print)
+    assert json.loads((tmp_path / "one.zip.json").read_text())["unpacked"] == ["one", "one.txt"]
 
 
 def test_archive_that_is_there_is_not_fetched_again(asked, tmp_path):

@@ -12,6 +12,7 @@ from avs.datasets import reader_registry
 from avs.datasets.captures import Captures
 from avs.datasets.embedded import EmbeddedScenes, PatternName
 from avs.datasets.embedded.capture import PATTERNS
+from avs.datasets.folder_reader import FolderReader
 from avs.datasets.reader_registry import readers
 from avs.scene.scene import read_scene
 from avs.system.errors import UserError
@@ -80,7 +81,22 @@ def test_scenes_are_told_apart_by_what_they_show():
     one, other = (
         EmbeddedScenes(pattern="orbit", seeds=(0, 1), capture={"views": views}).scenes() for views in (16, 32)
     )
-    assert one["orbit_0"].identity() == other["orbit_0"].identity() != one["orbit_1"].identity()
+    assert one["orbit_0"].identities() == other["orbit_0"].identities() != one["orbit_1"].identities()
+
+
+def test_a_folder_is_one_scene_whichever_reader_takes_it(tmp_path):
+    make_capture(tmp_path / "garden")
+    (tmp_path / "link").symlink_to(tmp_path / "garden")
+    kinds = {name: kind for name, kind in readers().items() if issubclass(kind, FolderReader)}
+    assert len(kinds) == 7
+    for folder in ("garden", "link"):
+        own = {"folder": str(tmp_path / folder), "axes": "opengl", "videos": "none"}
+        told = {
+            name: kind(**{key: value for key, value in own.items() if key in kind.model_fields})
+            for name, kind in kinds.items()
+            if name != "realestate10k"
+        }
+        assert {each.identities()[0] for each in told.values()} == {("place", str(tmp_path.resolve() / "garden"))}
 
 
 @pytest.mark.parametrize("seeds", [(1, 1), (-1,), ()])

@@ -9,10 +9,9 @@ import pytest
 
 from avs.datasets.realestate10k import RealEstate10K, read_posed_frames
 from avs.datasets.video_frames import frames_at
-from avs.scene.scene import read_scene
 from avs.system.errors import UserError
-from avs.system.files import explained
 from tests import tolerances
+from tests.datasets.reader_checks import assert_refused, first_scene
 from tests.datasets.textured_factory import (
     CENTER,
     FOCAL,
@@ -77,10 +76,7 @@ def reader(folder, **settings):
 
 
 def prepared(folder, tmp_path, **settings):
-    (name, alone), *_ = reader(folder, **settings).scenes().items()
-    with explained():
-        alone.prepare("realestate10k", tmp_path / "out" / name)
-    return read_scene(tmp_path / "out" / name)
+    return first_scene(reader(folder, **settings), tmp_path, "realestate10k")
 
 
 def test_the_frames_of_a_video_become_a_scene(original, tmp_path):
@@ -105,6 +101,60 @@ def test_a_scene_without_its_video_is_named_and_the_others_go_on(original):
     ]
     with pytest.raises(UserError, match=r"videos: holds no video of the 1 wanted texts in .* \(aaaaaaaaaaa\)"):
         reader(original, only=("1111111111111111",)).scenes()
+
+
+def test_of_two_texts_of_one_scene_name_one_is_left_out_with_the_reason(copy):
+    """As train/0a.txt and test/0A.txt: the one that has the name itself stays, wherever it lies."""
+    for part, name, late in (("train", "0A", 1), ("test", "0a", 2), ("train", "1B", 3), ("test", "1B", 4)):
+        (copy / part).mkdir(exist_ok=True)
+        (copy / part / f"{name}.txt").write_text(text_of(late=late))
+    for only in (None, ("0a", "1b", "0bf152ef84195293")):
+        chosen = RealEstate10K(folder=str(copy), videos=str(copy / "videos"), only=only)
+        found = {name: Path(scene.folder).relative_to(copy).as_posix() for name, scene in chosen.scenes().items()}
+        assert found == {
+            "0a": "test/0a.txt",
+            "0bf152ef84195293": "test/0bf152ef84195293.txt",
+            "1b": "train/1B.txt",
+        }
+        assert {name: str(reason) for name, reason in chosen.left_out().items()} == {
+            "train/0A.txt": "has the same scene name, 0a, as test/0a.txt: rename one",
+            "test/1B.txt": "has the same scene name, 1b, as train/1B.txt: rename one",
+        }
+
+
+def test_one_clip_under_two_names_is_one_scene(copy):
+    again = text_of().replace("watch?v=QShWPZxTDoE", "watch?app=desktop&v=QShWPZxTDoE").replace("\n", " \r\n")
+    (copy / "test" / "again.txt").write_text(again)
+    assert list(reader(copy).scenes()) == ["0bf152ef84195293"]
+    assert str(reader(copy).left_out()["again.txt"]) == ("is the same clip as 0bf152ef84195293.txt: take one away")
+    both = reader(copy, only=("again", "0bf152ef84195293"))
+    assert list(both.left_out()) == ["again.txt"]
+    alone = {path.stem: RealEstate10K(folder=str(path), videos="v") for path in (copy / "test").glob("*.txt")}
+    one, other = alone["again"].identities(), alone["0bf152ef84195293"].identities()
+    assert one[0] != other[0]
+    assert one[1] == other[1]
+
+
+def test_a_text_of_the_same_name_elsewhere_is_another_scene(copy, tmp_path):
+    (tmp_path / "other").mkdir()
+    path = tmp_path / "other" / "0bf152ef84195293.txt"
+    path.write_text(text_of(late=1))
+    (one,) = reader(copy).scenes().values()
+    assert not set(one.identities()) & set(RealEstate10K(folder=str(path), videos="v").identities())
+
+
+@pytest.mark.parametrize(
+    ("only", "line"),
+    [
+        (None, r"empty: holds no texts <id>\.txt, nor does train or test in it; give the folder of the texts"),
+        (("nosuch",), r"test: holds none of the texts that `only` names \(nosuch\); name some that are there"),
+    ],
+)
+def test_a_folder_without_texts_is_told(only, line, copy):
+    (copy / "empty").mkdir()
+    folder = copy / ("test" if only else "empty")
+    with pytest.raises(UserError, match=line):
+        RealEstate10K(folder=str(folder), videos=str(copy / "videos"), only=only).scenes()
 
 
 def test_frames_beyond_the_tolerance_are_left_out_and_counted(copy, tmp_path):
@@ -180,11 +230,7 @@ FAULTS = {
 def test_a_fault_is_told_in_one_line_and_leaves_nothing(fault, copy, tmp_path):
     damage, message = FAULTS[fault]
     damage(copy)
-    with pytest.raises(UserError) as caught:
-        prepared(copy, tmp_path)
-    assert re.search(message, str(caught.value)), str(caught.value)
-    assert str(caught.value).isprintable()
-    assert not list((tmp_path / "out").glob("*"))
+    assert_refused(lambda: prepared(copy, tmp_path), message, tmp_path)
 
 
 def test_a_video_that_ends_early_is_told(copy, tmp_path):

@@ -89,7 +89,8 @@ def test_a_teaser_without_a_point_says_so(episode, written, tmp_path):
 
 
 def test_the_axis_is_linear_up_to_a_power_of_ten_below_the_longest_time():
-    assert linear_up_to([0.1, 20.0]) == 1.0  # the paper's
+    assert linear_up_to([0.1, *[20.0] * 5]) == 1.0  # the paper's
+    assert linear_up_to([50.0, *[0.7] * 20]) == pytest.approx(0.1)  # the first took long
     assert linear_up_to([2.6]) == pytest.approx(0.1)
     assert linear_up_to([0.0]) > 0
     assert linear_up_to([]) > 0

@@ -1,5 +1,6 @@
 """Archives are unpacked inside of their folder, whole or not at all."""
 
+import gzip
 import io
 import re
 import tarfile
@@ -59,6 +60,70 @@ def changed(path):
     return path
 
 
+def flagged(path, flag):
+    """A ZIP whose members say ``flag`` of themselves, in their headers and in the directory."""
+    return patched(path, {b"PK\x03\x04": 6, b"PK\x01\x02": 8}, flag)
+
+
+def compressed(path, method):
+    """A ZIP whose members say that they are compressed by ``method``."""
+    return patched(path, {b"PK\x03\x04": 8, b"PK\x01\x02": 10}, method)
+
+
+def patched(path, places, value):
+    content = bytearray(path.read_bytes())
+    for signature, offset in places.items():
+        for found in re.finditer(re.escape(signature), bytes(content)):
+            content[found.start() + offset] = value
+    path.write_bytes(content)
+    return path
+
+
+def after(path):
+    """Two archives in one file."""
+    path.write_bytes(path.read_bytes() * 2)
+
+
+def recompressed(path, mode):
+    with tarfile.open(path, mode) as archive:
+        for name, data in CONTENT.items():
+            member = tarfile.TarInfo(name)
+            member.size = len(data)
+            archive.addfile(member, io.BytesIO(data))
+    return path
+
+
+def without_end(path, plain):
+    """A tar that ends with the second of three members."""
+    recompressed(path, "w:")
+    with tarfile.open(path) as archive:
+        end = archive.getmembers()[2].offset
+    content = path.read_bytes()[:end]
+    path.write_bytes(content if plain else gzip.compress(content))
+
+
+def second_header(path):
+    """A tar with a second header that makes no sense."""
+    recompressed(path, "w:")
+    with tarfile.open(path) as archive:
+        start = archive.getmembers()[1].offset
+    content = bytearray(path.read_bytes())
+    content[start : start + 512] = b"x" * 512
+    path.write_bytes(content)
+
+
+def checksum(path):
+    content = bytearray(path.read_bytes())
+    content[-8] ^= 1
+    path.write_bytes(content)
+
+
+def middle(path):
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 255
+    path.write_bytes(content)
+
+
 FAULTS = {
     "parent": (lambda path: zipped(path, {"../x": b"x"}), r"its member \.\./x would leave the folder; do not use it"),
     "hidden parent": (lambda path: tarred(path, {"a/../../x": b"x"}), r"would leave the folder"),
@@ -72,9 +137,20 @@ FAULTS = {
     "link in a tar": (lambda path: tarred(path, {"x": b""}, tarfile.SYMTYPE), r"its member x is a link or a device"),
     "hard link": (lambda path: tarred(path, {"x": b""}, tarfile.LNKTYPE), r"is a link or a device"),
     "device": (lambda path: tarred(path, {"x": b""}, tarfile.CHRTYPE), r"is a link or a device"),
-    "cut ZIP": (lambda path: cut(zipped(path)), r"is no ZIP or tar archive, or is cut off; get the archive again"),
+    "cut ZIP": (lambda path: cut(zipped(path)), r"is damaged or cut off \(.*; get the archive again"),
     "cut tar": (lambda path: cut(tarred(path)), r"is (damaged|no ZIP or tar archive)"),
     "changed ZIP": (lambda path: changed(zipped(path)), r"is damaged or cut off \("),
+    "encrypted ZIP": (
+        lambda path: flagged(zipped(path), 1),
+        r"its member garden/images/a\.jpg is encrypted; unpack it with",
+    ),
+    "unknown compression": (lambda path: compressed(zipped(path), 97), r"cannot be read here \(.*compression"),
+    "two ZIPs in one": (lambda path: after(zipped(path)), r"has something before its first member"),
+    "tar between members": (lambda path: without_end(path, plain=True), r"is cut off: it lacks the mark of its end"),
+    "tar.gz between members": (lambda path: without_end(path, plain=False), r"it lacks the mark of its end"),
+    "tar with a damaged header": (second_header, r"is damaged, or two archives in one file"),
+    "tar.gz with another checksum": (lambda path: checksum(tarred(path)), r"is damaged or cut off \(CRC"),
+    "tar.bz2 with changed bytes": (lambda path: middle(recompressed(path, "w:bz2")), r"is (damaged|no ZIP or tar)"),
     "no archive": (lambda path: path.write_bytes(b"hello"), r"is no ZIP or tar archive"),
     "nothing": (lambda path: None, r"there is no such archive"),
 }
@@ -101,3 +177,15 @@ def test_nothing_is_replaced(tmp_path):
 def test_another_archive_than_the_one_meant_is_refused(tmp_path):
     with pytest.raises(UserError, match="has another SHA-256 than the one given"):
         unpack(zipped(tmp_path / "archive"), tmp_path / "data", "0" * 64)
+
+
+@pytest.mark.parametrize("mode", ["w:", "w:gz", "w:bz2", "w:xz"])
+def test_a_tar_whose_last_member_is_a_zip_stays_a_tar(mode, tmp_path):
+    inner = zipped(tmp_path / "inner.zip").read_bytes()
+    with tarfile.open(tmp_path / "archive", mode) as archive:
+        for name in ("a.zip", "b.zip"):
+            member = tarfile.TarInfo(name)
+            member.size = len(inner)
+            archive.addfile(member, io.BytesIO(inner))
+    assert unpack(tmp_path / "archive", tmp_path / "data") == ["a.zip", "b.zip"]
+    assert (tmp_path / "data" / "b.zip").read_bytes() == inner

@@ -1,17 +1,16 @@
 """Downloads are verified, gone on with, and whole or not at all: from a server of this test."""
 
 import base64
-import functools
 import hashlib
 import http.server
 import re
-import threading
 from typing import ClassVar
 
 import pytest
 
 from avs.system.downloads import download
 from avs.system.errors import UserError
+from tests.system.local_server import serving
 
 BODY = bytes(range(256)) * 5000
 DIGEST = hashlib.sha256(BODY).hexdigest()
@@ -54,12 +53,8 @@ class Server(http.server.BaseHTTPRequestHandler):
 def server(monkeypatch):
     monkeypatch.setattr(Server, "behaviour", {})
     monkeypatch.setattr(Server, "asked", [])
-    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Server) as running:
-        thread = threading.Thread(target=functools.partial(running.serve_forever, poll_interval=0.01))
-        thread.start()
-        yield f"http://127.0.0.1:{running.server_address[1]}/file.zip"
-        running.shutdown()
-        thread.join()
+    with serving(Server) as address:
+        yield f"{address}/file.zip"
 
 
 def left(folder):

@@ -44,9 +44,9 @@ class EmbeddedScenes(Reader):
         """Return nothing: there is no file of the user's."""
         return []
 
-    def identity(self) -> tuple[object, ...]:
+    def identities(self) -> tuple[tuple[object, ...], ...]:
         """Return the pattern and the seed."""
-        return (self.source, self.pattern, *self.seeds)
+        return ((self.source, self.pattern, *self.seeds),)
 
     def prepare(self, dataset: str, folder: Path) -> None:
         """Make the scene."""

@@ -14,6 +14,7 @@ from avs.report.figures.captions import write_caption
 from avs.report.figures.figure_files import STYLE, save_figure
 from avs.report.figures.image_characteristics import RINGS, Characteristics, characteristics
 from avs.report.figures.picture_grid import GAP, Pixels, show
+from avs.scene.even_places import evenly_spread
 from avs.scene.scene import Scene, read_scene
 
 if TYPE_CHECKING:
@@ -64,22 +65,16 @@ def write_egocentric_and_phone(egocentric: Path, phone: Path, out: Path) -> None
 
 
 def _kind(name: str, scene: Scene) -> _Kind:
-    measured = _spread(len(scene.names), _MEASURED)
+    measured = evenly_spread(len(scene.names), _MEASURED)
     views = scene.views(np.array(measured))
     found = characteristics(views.cameras, views.images)
     widest = _HEIGHT * max(image.shape[1] / image.shape[0] for image in views.images)
     room = max(1, int((_ROW + GAP) / (widest + GAP)))
-    shown = [measured[row] for row in _spread(len(measured), room)]
+    shown = [measured[row] for row in evenly_spread(len(measured), room)]
     across, up = found.field_of_view
     title = f"{name}: field of view {across:.0f}° x {up:.0f}°, mean luminance {found.luminance:.2f}"
     by_row = dict(zip(measured, views.images, strict=True))
     return _Kind(title, tuple(shrunk(by_row[row], _LONG_SIDE) for row in shown), found)
-
-
-def _spread(count: int, wanted: int) -> list[int]:
-    """Return places that are spread evenly over ``count`` entries, ascending."""
-    places: list[int] = np.unique(np.linspace(0, count - 1, min(wanted, count)).round().astype(int)).tolist()
-    return places
 
 
 def _widths(kind: _Kind) -> list[float]:

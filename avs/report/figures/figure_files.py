@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from avs.system.files import atomic_path
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 STYLE: dict[Any, Any] = {
@@ -33,6 +34,17 @@ _METADATA: dict[str, dict[str, None]] = {
     ".pdf": {"CreationDate": None, "Creator": None, "Producer": None},
     ".png": {"Software": None},
 }
+
+
+Box = tuple[float, float, float, float]
+"""Inches from the left, inches from the upper edge, width and height in inches."""
+
+
+def axes_in(figure: Figure, box: Box) -> Axes:
+    """Return new axes of a figure, which lie in a box."""
+    width, height = figure.get_size_inches()
+    left, top, wide, high = box
+    return figure.add_axes((left / width, 1 - (top + high) / height, wide / width, high / height))
 
 
 def draw_notice(text: str, out: Path) -> None:

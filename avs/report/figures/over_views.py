@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from avs.report.figures.curves import Curve, Panel
 from avs.report.figures.end_labels import EndLabel, label_ends
-from avs.report.figures.figure_files import STYLE, save_figure
+from avs.report.figures.figure_files import STYLE, axes_in, save_figure
+from avs.report.figures.group_legend import write_group_legend
 from avs.report.figures.method_lines import emphasised, line_styles
 from avs.report.figures.picture_grid import shortened
 from avs.report.formats.plain_text import one_line
@@ -77,7 +78,8 @@ def draw_over_views(drawn: Sequence[Panel], reference: str | None, wording: Word
         for index, panel in enumerate(drawn):
             row, column = divmod(index, columns)
             _draw_panel(figure, panel, reference, wording, layout, (column * layout.width, row * layout.row))
-        _legend(figure, drawn, wording.end)
+        curves = [curve for panel in drawn for curve in panel.curves]
+        write_group_legend(figure, curves, wording.end, borderpad=0.2)
         save_figure(figure, out)
 
 
@@ -103,8 +105,8 @@ def _draw_panel(
 ) -> None:
     """Draw one pair of plots; ``corner`` is its upper left one, in inches from that of the figure."""
     left, top = corner[0] + _LEFT, corner[1] + _TITLE
-    upper = _axes(figure, (left, top, _PLOT, _UPPER))
-    lower = _axes(figure, (left, top + _UPPER + _BETWEEN, _PLOT, layout.lower))
+    upper = axes_in(figure, (left, top, _PLOT, _UPPER))
+    lower = axes_in(figure, (left, top + _UPPER + _BETWEEN, _PLOT, layout.lower))
     styles, strong = line_styles(panel.curves, reference), emphasised(panel.curves, reference)
     for curve in panel.curves:
         _draw_curve(upper, lower, curve, styles[curve.method], banded=curve.method in strong)
@@ -124,13 +126,6 @@ def _draw_panel(
             if curve.method in shown and len(curve.views)
         ]
         label_ends(axes, labels, _LABEL / height, _LEADER / _PLOT)
-
-
-def _axes(figure: Figure, box: tuple[float, float, float, float]) -> Axes:
-    """Return axes in a box: inches from the left and from the upper edge, width and height."""
-    width, height = figure.get_size_inches()
-    left, top, wide, high = box
-    return figure.add_axes((left / width, 1 - (top + high) / height, wide / width, high / height))
 
 
 def _draw_curve(upper: Axes, lower: Axes, curve: Curve, style: dict[str, Any], banded: bool) -> None:
@@ -165,26 +160,3 @@ def _dress(upper: Axes, lower: Axes, panel: Panel, wording: Wording) -> None:
     if panel.over is not None:
         told = f"band: {CONFIDENCE:.0%} interval over {panel.over}"
         lower.set_title(told, loc="right", fontsize=5.5, color="#555555", pad=2)
-
-
-def _legend(figure: Figure, drawn: Sequence[Panel], end: str) -> None:
-    """Say at the foot what colours and the dot mean."""
-    from matplotlib.lines import Line2D
-
-    from avs.report.figures.method_lines import legend_styles
-
-    styles = legend_styles([curve for panel in drawn for curve in panel.curves])
-    handles = [Line2D([], [], label=name, **style) for name, style in styles.items()]
-    handles.append(Line2D([], [], marker="o", color="#555555", markersize=2.5, linestyle="", label=end))
-    columns = max(1, int(figure.get_figwidth() / 1.1))
-    figure.legend(
-        handles=handles,
-        loc="lower left",
-        bbox_to_anchor=(0.0, 0.0),
-        ncols=min(columns, len(handles)),
-        fontsize=5.8,
-        handlelength=1.4,
-        columnspacing=0.8,
-        labelspacing=0.25,
-        borderpad=0.2,
-    )

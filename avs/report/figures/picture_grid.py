@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from avs.report.figures.figure_files import Box, axes_in
 from avs.report.formats.plain_text import one_line
 
 if TYPE_CHECKING:
@@ -30,9 +31,6 @@ _LINE, _LETTER = 0.105, 0.056  # inches of a line of a heading, and of a letter
 _GREY = "#EEEEEE"
 
 Pixels = npt.NDArray[np.uint8]
-
-Box = tuple[float, float, float, float]
-"""Inches from the left, inches from the upper edge, width and height in inches."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +112,7 @@ def show(figure: Figure, pixels: Pixels, box: Box, colours: str | None = None, m
         colours: name of the map of colours that 0..255 of a map are shown in.
         magnified: whether pixels are to be seen as squares.
     """
-    axes = _axes(figure, box)
+    axes = _bare_axes(figure, box)
     interpolation = "nearest" if magnified else "antialiased"
     axes.imshow(pixels, colours, aspect="auto", interpolation=interpolation, vmin=0, vmax=255)
     return axes
@@ -122,7 +120,7 @@ def show(figure: Figure, pixels: Pixels, box: Box, colours: str | None = None, m
 
 def show_gap(figure: Figure, text: str, box: Box) -> None:
     """Say in a grey box why there is no picture."""
-    axes = _axes(figure, box)
+    axes = _bare_axes(figure, box)
     axes.set_facecolor(_GREY)
     axes.patch.set_visible(True)
     lines = textwrap.fill(one_line(text), max(6, int(box[2] / _LETTER) - 1))
@@ -153,10 +151,8 @@ def shortened(text: str, letters: int) -> str:
     return text if len(text) <= letters else f"{text[:half]}..{text[-half:]}"
 
 
-def _axes(figure: Figure, box: Box) -> Axes:
-    width, height = figure.get_size_inches()
-    left, top, wide, high = box
-    axes = figure.add_axes((left / width, 1 - (top + high) / height, wide / width, high / height))
+def _bare_axes(figure: Figure, box: Box) -> Axes:
+    axes = axes_in(figure, box)
     axes.set(xticks=[], yticks=[])
     axes.grid(False)
     for spine in axes.spines.values():

@@ -25,6 +25,7 @@ from avs.report.figures.picture_grid import (
     write_row_name,
 )
 from avs.report.methods import presented
+from avs.scene.even_places import evenly_spread
 from avs.selection import registry
 
 if TYPE_CHECKING:
@@ -106,14 +107,13 @@ def _kinds(episode: Episode, pictures: Mapping[str, Pixels]) -> tuple[str, ...]:
 
 def _moments(episode: Episode, pictures: Mapping[str, Pixels], kinds: Sequence[str], count: int) -> tuple[_Moment, ...]:
     """Return selections that are spread evenly over an episode, of each the view of the best score."""
-    places = np.unique(np.linspace(0, len(episode.steps) - 1, min(count, len(episode.steps))).round().astype(int))
     chosen = np.cumsum([0, *(len(step.chosen) for step in episode.steps)])
     return tuple(
         _Moment(
             len(episode.initial) + int(chosen[place]) + 1,
             {kind: pictures[f"choice_{episode.steps[place].step:02d}_0_{kind}"] for kind in kinds},
         )
-        for place in places
+        for place in evenly_spread(len(episode.steps), count)
     )
 
 

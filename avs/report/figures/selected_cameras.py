@@ -29,7 +29,8 @@ _COLUMNS = 4
 _PANEL = 1.79  # inches
 _LETTERS = 24  # of a method's label, as many as a panel is wide
 _MOST_POINTS = 4000
-_MARGIN = 0.12  # around the cameras, in shares of their extent in the picture
+_OUTER, _REACH = 0.1, 0.35  # share of points that may lie outside, and how far others extend the picture beyond cameras
+_MARGIN = 0.08  # around the cameras, in shares of their extent in the picture
 _FLATTEST, _TALLEST = 0.55, 1.3  # height of a panel in widths
 _TITLE, _BELOW = 0.15, 0.4  # inches above each panel, and below all
 _CANDIDATE, _INITIAL = "#B0B0B0", "#000000"
@@ -102,13 +103,21 @@ def _write(shown: Sequence[Episode], labels: Sequence[str], scene: Scene, out: P
 
 
 def _limits(scene: Scene, overview: Overview) -> FloatArray:
-    """Return the lower left and upper right corner of the panels, ``[2, 2]``: around the outlines of all cameras.
+    """Return the lower left and upper right corner of the panels, ``[2, 2]``: around all cameras and what they look at.
 
-    Cameras in a row leave room above and below, where the scene is.
+    Of the scene's points most are taken in, as far as the cameras still fill a good part of the picture. Cameras in a
+    row leave room above and below.
     """
     cameras = scene.cameras[scene.pool]
     places = overview.flattened(outlines(cameras, outline_depth(cameras, overview))).reshape(-1, 2)
     low, high = places.min(axis=0), places.max(axis=0)
+    if len(scene.points):
+        most = np.quantile(overview.flattened(scene.points.positions), [_OUTER, 1 - _OUTER], axis=0)
+        reach = _REACH * float(np.linalg.norm(high - low))
+        low, high = (
+            np.minimum(low, np.maximum(most[0], low - reach)),
+            np.maximum(high, np.minimum(most[1], high + reach)),
+        )
     width, height = high - low + 2 * _MARGIN * float(np.linalg.norm(high - low))
     width, height = max(width, height / _TALLEST), max(height, width * _FLATTEST)
     half = np.array([width, height]) / 2

@@ -13,15 +13,15 @@ from avs.report.collect import Cell, Episodes, read_dataset
 from avs.report.figures.captions import write_caption
 from avs.report.figures.curves import Curve, panels
 from avs.report.figures.end_labels import EndLabel, label_ends
-from avs.report.figures.figure_files import STYLE, draw_notice, save_figure
-from avs.report.figures.method_lines import emphasised, legend_styles, line_styles
+from avs.report.figures.figure_files import STYLE, axes_in, draw_notice, save_figure
+from avs.report.figures.group_legend import write_group_legend
+from avs.report.figures.method_lines import emphasised, line_styles
 from avs.report.figures.picture_grid import shortened
 from avs.report.formats.plain_text import one_line
 from avs.system.records import read_record
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _LEFT, _GAP, _LETTER, _LEADER = 0.5, 0.62, 0.05, 0.14  # inches
 _PLOT, _LEAST, _LABEL = 1.95, 1.9, 0.098  # inches: width of a plot, its least height, and the height of a name
@@ -84,12 +84,13 @@ def selection_times(episodes: Episodes, method: str, cells: Sequence[Cell]) -> L
 
 
 def linear_up_to(seconds: Sequence[float]) -> float:
-    """Return the power of ten up to which the time axis is linear, half a decade or more below the longest time.
+    """Return the power of ten up to which the time axis is linear, half a decade or more below the longest times.
 
-    With the paper's longest time, 20 s, that is 1 s, as in its figure.
+    With the paper's, 20 s, that is 1 s, as in its figure. One selection in ten may take longer: the first, in which a
+    method may have to load its libraries, says nothing of the others.
     """
-    longest = max(seconds, default=1.0)
-    return float(10.0 ** np.floor(np.log10(max(longest, 1e-6)) - 0.5))
+    long = float(np.quantile(seconds, 0.9)) if seconds else 1.0
+    return float(10.0 ** np.floor(np.log10(max(long, 1e-6)) - 0.5))
 
 
 def _by_views(episode: Episode, meta: EpisodeMeta) -> Mapping[int, float]:
@@ -119,7 +120,8 @@ def _write(
         height = max(_LEAST, _LABEL * len(curves))
         width = _LEFT + 2 * (_PLOT + labels) + _GAP
         figure = Figure(figsize=(width, _ABOVE + height + _BELOW))
-        left, right = (_axes(figure, _LEFT + place * (_PLOT + labels + _GAP), height) for place in (0, 1))
+        lefts = (_LEFT, _LEFT + _PLOT + labels + _GAP)
+        left, right = (axes_in(figure, (start, _ABOVE, _PLOT, height)) for start in lefts)
         left.set_title(title, loc="left", fontsize=7.5, pad=3)
         styles, strong = line_styles(curves, reference), emphasised(curves, reference)
         for curve in curves:
@@ -137,13 +139,8 @@ def _write(
                 if len(views)
             ]
             label_ends(axes, ends, _LABEL / height, _LEADER / _PLOT)
-        _legend(figure, curves)
+        write_group_legend(figure, curves)
         save_figure(figure, out)
-
-
-def _axes(figure: Figure, left: float, height: float) -> Axes:
-    width, total = figure.get_size_inches()
-    return figure.add_axes((left / width, _BELOW / total, _PLOT / width, height / total))
 
 
 def _dress(left: Axes, right: Axes, threshold: float, longest: float) -> None:
@@ -164,20 +161,3 @@ def _dress(left: Axes, right: Axes, threshold: float, longest: float) -> None:
         axes.set_xlabel("captured views", fontsize=7, labelpad=1)
         axes.tick_params(labelsize=6.5, pad=2)
         axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 4, 5, 10]))
-
-
-def _legend(figure: Figure, curves: Sequence[Curve]) -> None:
-    from matplotlib.lines import Line2D
-
-    handles = [Line2D([], [], label=name, **style) for name, style in legend_styles(curves).items()]
-    columns = max(1, int(figure.get_figwidth() / 1.1))
-    figure.legend(
-        handles=handles,
-        loc="lower left",
-        bbox_to_anchor=(0.0, 0.0),
-        ncols=min(columns, len(handles)),
-        fontsize=5.8,
-        handlelength=1.4,
-        columnspacing=0.8,
-        labelspacing=0.25,
-    )

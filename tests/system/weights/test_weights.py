@@ -1,14 +1,12 @@
 """The weights manager: what is found, what is refused, and downloads from a server of this test."""
 
 import dataclasses
-import functools
 import hashlib
 import http.server
 import pickle
 import socket
 import subprocess
 import sys
-import threading
 from pathlib import Path
 
 import pytest
@@ -21,6 +19,7 @@ from avs.system.weights.download import fetch
 from avs.system.weights.inventory import check, listing
 from avs.system.weights.manifest import MANIFEST, Weights
 from avs.system.weights.reading import read_state, read_torch
+from tests.system.local_server import serving
 
 torch = pytest.importorskip("torch")
 
@@ -75,12 +74,8 @@ class Server(http.server.BaseHTTPRequestHandler):
 
 @pytest.fixture
 def server():
-    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Server) as running:
-        thread = threading.Thread(target=functools.partial(running.serve_forever, poll_interval=0.01))
-        thread.start()
-        yield f"http://127.0.0.1:{running.server_address[1]}"
-        running.shutdown()
-        thread.join()
+    with serving(Server) as address:
+        yield address
 
 
 def test_manifest_is_complete_and_names_no_file_twice():
