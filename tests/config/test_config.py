@@ -154,7 +154,8 @@ def test_no_data_set_takes_the_place_of_another_ones_table(ending):
 
 
 def test_the_endings_of_tables_are_those_that_the_rules_add():
-    rules = "".join(path.read_text() for path in (ROOT / "workflows" / "rules").glob("*.smk"))
+    of_data_sets = [path for path in (ROOT / "workflows" / "rules").glob("*.smk") if path.name != "slam.smk"]
+    rules = "".join(path.read_text() for path in of_data_sets)
     assert set(re.findall(r'"(_\w+)\.csv"', rules)) == set(ENDINGS)
 
 
