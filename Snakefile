@@ -77,7 +77,9 @@ onsuccess:
         for kind in ("coverage", "nvs")
         for dataset in reversed(SCENES)
     ]
-    paths = [Path(f"{RESULTS}/tables/{name}") for name in names]
+    paths = [
+        Path(f"{RESULTS}/tables/{name}") for name in ("active_slam.md", *names)
+    ]
     made = [
         path for path in paths if path.exists() and path.stat().st_mtime > STARTED
     ]

@@ -49,6 +49,10 @@ class SlamConfig(StrictModel):
         default=(0,), min_length=1, description="each exploration runs once with each; it draws the start, too"
     )
     robot: RobotSettings = Field(default=RobotSettings(), description="everything else")
+    with_tables: bool = Field(
+        default=True,
+        description="whether the target tables makes its table too; otherwise the target explore alone does",
+    )
 
 
 class BuildingJob(StrictModel):

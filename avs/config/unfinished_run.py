@@ -9,13 +9,16 @@ from typing import Any
 
 from avs.config.jobs import settings_of
 from avs.config.method_weights import Made, absent_methods, followed, is_program, weights_of
-from avs.config.paper_tables import published_scenes, side_by_side, with_memory
+from avs.config.paper_tables import FOLDER, published_scenes, side_by_side, with_memory
 from avs.config.report_jobs import CoverageTableJob, RowsJob, SummaryJob, TableJob
 from avs.config.run_plan import RunPlan
+from avs.config.slam_config import SlamFigureJob, explorers
 from avs.config.studied import studied_methods
 from avs.nvs.common_states_settings import CommonStatesJob
 from avs.nvs.episode_settings import EpisodeSettings
 from avs.report.incomplete_coverage import WantedCoverage, WantedCoverageTable
+from avs.report.incomplete_explorations import WantedExploration, WantedExplorations
+from avs.report.published import SLAM_NAME
 from avs.report.report_settings import BASE
 from avs.report.tables.runtime_summary import Summary
 from avs.report.wanted_records import (
@@ -43,7 +46,43 @@ def unfinished(plan: RunPlan) -> UnfinishedRun:
         sensitivity=tuple(_wanted_sensitivity(plan)),
         side_by_side=side_by_side(config),
         coverage=tuple(_coverage(plan, dataset) for dataset in config.with_table("coverage")),
+        explorations=_explorations(plan),
     )
+
+
+def _explorations(plan: RunPlan) -> WantedExplorations | None:
+    """Return what the table of active SLAM is made from where the run makes it with the others, or has begun it."""
+    told, rule = plan.config.slam, "exploration"
+    if told is None:
+        return None
+    settings = settings_of(plan.config, "slam_figure")
+    assert isinstance(settings, SlamFigureJob)
+    records = []
+    for building in settings.buildings:
+        for method in settings.methods:
+            for seed in settings.seeds if method not in settings.absent else ():
+                place = {"building": building, "method": method, "seed": seed}
+                logs = _exploration_logs(plan, place)
+                records.append(
+                    WantedExploration(
+                        place=(building, method, seed),
+                        path=Path(plan.records[rule].format(**place)),
+                        logs=logs,
+                        settings=settings_of(plan.config, f"{rule}/{building}/{method}").model_dump(mode="json"),
+                        stale=why_stale(logs, plan.stamps),
+                    )
+                )
+    if not told.with_tables and not any(each.path.exists() for each in records):
+        return None
+    published = Path(f"{FOLDER}/{SLAM_NAME}")
+    return WantedExplorations(settings.buildings, settings.methods, tuple(records), published, settings.absent)
+
+
+def _exploration_logs(plan: RunPlan, place: dict[str, Any]) -> tuple[Path, ...]:
+    """Return the logs of an exploration's job and of those that it waits for."""
+    chooser = explorers(plan.config.slam).get(place["method"])
+    logs = [plan.logs[rule].format(**place) for rule in ("exploration", "building", "kernels")]
+    return tuple(map(Path, [*logs, *([] if chooser is None else _logs_of_weights(plan, chooser.method))]))
 
 
 def _coverage(plan: RunPlan, dataset: str) -> WantedCoverageTable:
@@ -236,11 +275,22 @@ def _summaries(plan: RunPlan, dataset: str) -> dict[Summary, tuple[tuple[str, ..
 def _logs(plan: RunPlan, own: list[str], place: dict[str, str]) -> tuple[Path, ...]:
     """Return the logs of a job's own rules, then of the jobs that make what all jobs of its scene and method need."""
     logs = [plan.logs[rule].format(**place) for rule in [*own, "scene", "kernels"]]
-    made = weights_of(plan.config, place["method"]) if "method" in place else None
-    if isinstance(made, Made):
-        logs.append(plan.logs[made.rule].format(scorer=made.name))
-        rules = ("distortions", "scene") if made.rule == "scorer_train" else ("scene",)
-        for dataset in () if plan.config.distortions is None else plan.config.distortions.datasets:
-            for scene in plan.scenes[dataset]:
-                logs += [plan.logs[rule].format(dataset=dataset, scene=scene) for rule in rules]
-    return tuple(map(Path, logs))
+    return tuple(map(Path, [*logs, *(_logs_of_weights(plan, place["method"]) if "method" in place else [])]))
+
+
+def _logs_of_weights(plan: RunPlan, method: str) -> list[str]:
+    """Return the logs of the jobs that make the weights of a method, if any do."""
+    made = weights_of(plan.config, method)
+    if not isinstance(made, Made):
+        return []
+    rules = ("distortions", "scene") if made.rule == "scorer_train" else ("scene",)
+    datasets = () if plan.config.distortions is None else plan.config.distortions.datasets
+    return [
+        plan.logs[made.rule].format(scorer=made.name),
+        *(
+            plan.logs[rule].format(dataset=dataset, scene=scene)
+            for dataset in datasets
+            for scene in plan.scenes[dataset]
+            for rule in rules
+        ),
+    ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from avs.slam.loop.exploration_record import ExplorationMeta, ExplorationRecord
@@ -24,10 +24,12 @@ class Explorations:
     Attributes:
         cells: records by building, method and seed.
         metas: what differs from run to run, by the same.
+        missing: why a record that an unfinished run asks for is not there, by the same.
     """
 
     cells: Mapping[Place, ExplorationRecord]
     metas: Mapping[Place, ExplorationMeta]
+    missing: Mapping[Place, str] = field(default_factory=dict)
 
     def of(self, building: str, method: str) -> list[ExplorationRecord]:
         """Return the records of a method in a building, by seed."""

@@ -18,6 +18,7 @@ from avs.report.document import Document
 from avs.report.formats.markdown import document_markdown
 from avs.report.formats.writing import write_document
 from avs.report.incomplete_coverage import incomplete_coverage
+from avs.report.incomplete_explorations import incomplete_explorations
 from avs.report.report_settings import BASE
 from avs.report.tables.data_sets_side_by_side import ShownDataSet, side_by_side
 from avs.report.tables.method_significance import method_significance
@@ -43,7 +44,7 @@ from avs.system.job_logs import why_missing
 from avs.system.reasons import Reason
 from avs.system.records import read_record
 
-_NVS, _COVERAGE = "nvs_", "coverage_"  # begin the names of the tables that a run prints
+_NVS, _COVERAGE, _SLAM = "nvs_", "coverage_", "active_slam"  # begin the names of the tables that a run prints
 
 _Value = TypeVar("_Value")
 _Record = TypeVar("_Record", Episode, CommonStates, Runtime)
@@ -55,13 +56,13 @@ def write_incomplete_tables(run: UnfinishedRun, out: Path) -> tuple[list[str], l
     A table names its gaps in caption and notes; one without any is as the complete run makes it.
 
     Returns:
-        The view synthesis and coverage tables as Markdown; and a line for each table that cannot be made.
+        The tables of view synthesis, coverage and active SLAM as Markdown; and a line for each that cannot be made.
     """
     documents, lines = incomplete_documents(run)
     shutil.rmtree(out, ignore_errors=True)
     for name, document in documents.items():
         write_document(document, out / name)
-    shown = [each for name, each in documents.items() if name.startswith((_NVS, _COVERAGE))]
+    shown = [each for name, each in documents.items() if name.startswith((_NVS, _COVERAGE, _SLAM))]
     return [document_markdown(each) for each in shown], lines
 
 
@@ -98,6 +99,9 @@ def incomplete_documents(run: UnfinishedRun) -> tuple[dict[str, Document], list[
             if wanted.dataset in collected:
                 name = f"{_COVERAGE}{wanted.dataset}"
                 documents[name] = incomplete_coverage(wanted, collected[wanted.dataset], run.absent, run.reference)
+    if run.explorations is not None:
+        with _left_out_into(lines):
+            documents[_SLAM] = incomplete_explorations(run.explorations)
     return documents, lines
 
 

@@ -37,6 +37,9 @@ SCENES = {
 COVERAGE_NAME = "coverage_realestate10k.csv"
 """The file of the paper's coverage, which it prints of one data set alone."""
 
+SLAM_NAME = "slam_gibson.csv"
+"""The file of the paper's active SLAM."""
+
 MEAN = "mean"
 """What its files call the mean over the scenes of a data set."""
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from avs.report.collect import Cell
 from avs.report.incomplete_coverage import WantedCoverageTable
+from avs.report.incomplete_explorations import WantedExplorations
 from avs.report.tables.runtime_summary import Summary
 from avs.system.reasons import Reason
 
@@ -135,6 +136,7 @@ class UnfinishedRun:
         sensitivity: the sensitivity table of each data set; none if the run leaves them out.
         coverage: the coverage table of each data set; none if the run leaves them out.
         side_by_side: the data sets that one table has side by side; none if there is no such table.
+        explorations: what the table of active SLAM is made from, or None if the run leaves it out.
     """
 
     reference: str | None
@@ -144,3 +146,4 @@ class UnfinishedRun:
     sensitivity: tuple[WantedSensitivity, ...] = ()
     coverage: tuple[WantedCoverageTable, ...] = ()
     side_by_side: tuple[str, ...] = ()
+    explorations: WantedExplorations | None = None

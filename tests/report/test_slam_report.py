@@ -10,6 +10,7 @@ import pytest
 from avs.report.collect_explorations import read_explorations
 from avs.report.figures.slam_maps import write_slam_maps
 from avs.report.figures.slam_over_steps import write_slam_over_steps
+from avs.report.incomplete_explorations import WantedExploration, WantedExplorations, incomplete_explorations
 from avs.report.tables.active_slam import active_slam, write_active_slam
 from avs.slam.loop.exploration_record import (
     MAPS_HEADER,
@@ -22,7 +23,8 @@ from avs.slam.loop.exploration_record import (
 )
 from avs.slam.loop.slam_settings import SlamSettings
 from avs.system.errors import UserError
-from avs.system.records import write_record
+from avs.system.reasons import Reason
+from avs.system.records import read_record, write_record
 from avs.system.tensor_files import write_tensors
 
 PUBLISHED = Path(__file__).resolve().parents[2] / "results" / "published" / "slam_gibson.csv"
@@ -92,7 +94,7 @@ def test_seeds_have_a_mean_and_a_spread_and_the_oracle_no_rank(tmp_path):
 
 def test_a_method_without_a_record_keeps_its_row(tmp_path):
     rows, _ = rows_of([write(tmp_path)], ["nearest", "ours-repvit"])
-    assert rows["flat", "ours-repvit"].cells[0].cause == "no record"
+    assert rows["flat", "ours-repvit"].cells[0].cause == "no exploration"
     assert rows["flat", "ours-repvit"].cells[0].published == "93.71"
 
 
@@ -138,6 +140,44 @@ def test_maps_are_drawn_and_equal(tmp_path):
         write_slam_maps([path], [maps], tmp_path / name)
     assert (tmp_path / "a.png").stat().st_size > 10_000
     assert (tmp_path / "a.pdf").read_bytes() == (tmp_path / "b.pdf").read_bytes()
+
+
+def wanted(path, building, method, seed, **changes):
+    """Return what a run asks for at ``path``; the settings are those of the record, where there is one."""
+    settings = read_record(path, ExplorationRecord).settings if path.exists() else {}
+    told = {"place": (building, method, seed), "path": path, "logs": (path.with_suffix(".log"),), "settings": settings}
+    return WantedExploration(**told | changes)
+
+
+def unfinished_table(records, absent=None):
+    methods = tuple(dict.fromkeys(each.place[1] for each in records)) + tuple(absent or ())
+    document = incomplete_explorations(WantedExplorations(("flat",), methods, tuple(records), PUBLISHED, absent or {}))
+    return {row.label: row for row in document.groups[0].rows}, document
+
+
+def test_a_gap_of_an_unfinished_run_is_told_with_its_cause_and_has_no_rank(tmp_path):
+    there = [write(tmp_path, method=method, seed=seed) for method in ("nearest", "fisherrf") for seed in (0, 1)]
+    records = [wanted(path, "flat", path.parts[-3], int(path.parts[-2])) for path in there]
+    there[3].unlink()
+    there[3].with_suffix(".log").write_text("step\nerror: flat: out of memory; buy some\n")
+    rows, document = unfinished_table(records, {"ours-repvit": Reason(cause="weights of repvit", remedy="get them")})
+    assert document.caption[0] == "Incomplete: 1 of 4 explorations is missing."
+    assert "FisherRF in flat, seed 1: flat: out of memory; buy some" in document.notes
+    assert "FisherRF in flat: mean of seed 0 only, not to be ranked" in document.notes
+    assert rows["FisherRF"].cells[0].rank is None
+    assert rows["Nearest frontier"].cells[0].rank == 1
+    assert rows["ours-repvit"].cells[0].cause == "weights of repvit"
+
+
+def test_explorations_of_other_settings_or_code_do_not_count(tmp_path):
+    paths = [write(tmp_path, seed=seed) for seed in (0, 1, 2)]
+    changes = ({}, {"settings": {"camera": 1}}, {"stale": "its code has changed"})
+    records = [wanted(path, "flat", "nearest", seed, **changes[seed]) for seed, path in enumerate(paths)]
+    _, document = unfinished_table(records)
+    assert "Nearest frontier in flat, seed 1: it was run with other settings" in document.notes
+    assert "Nearest frontier in flat, seed 2: its code has changed" in document.notes
+    with pytest.raises(UserError, match="no exploration yet; its code has changed"):
+        unfinished_table(records[2:])
 
 
 def test_without_records_there_is_one_line(tmp_path):

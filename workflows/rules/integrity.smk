@@ -156,7 +156,10 @@ def set_outdated_aside():
     for path in sorted(path for path in OUTSIDE if path.is_file()):
         set_aside(path, "is of no table of this configuration")
     outputs = {Path(path) for job in workflow.dag.needrun_jobs() for path in job.output}
-    outdated = outdated_sensitivity(set(map(str, outputs)), OUTDATED)
+    made = set(map(str, outputs))
+    outdated = outdated_sensitivity(made, OUTDATED) | outdated_explorations(
+        made, OUTDATED
+    )
     for path in sorted(
         path for path in outputs | outdated if path.parent in SHOWN and path.is_file()
     ):

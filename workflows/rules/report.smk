@@ -31,6 +31,8 @@ def write_plan():
         "stereo_kernels": rules.stereo_kernels.log[0],
         "coverage_reference": rules.coverage_reference.log[0],
         "coverage": rules.coverage.log[0],
+        "building": rules.building.log[0],
+        "exploration": rules.exploration.log[0],
     }
     records = {
         "scene": SCENE,
@@ -39,6 +41,7 @@ def write_plan():
         "runtime": rules.runtime.output[0],
         "sensitivity_episode": VARIED_EPISODE,
         "coverage": rules.coverage.output.record,
+        "exploration": rules.exploration.output.record,
     }
     plan = RunPlan(
         config=settings,

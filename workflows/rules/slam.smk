@@ -1,7 +1,9 @@
 # Active SLAM: one exploration per building, method and seed.
 
 from avs.config.jobs import absent_explorers
+from avs.config.paper_tables import FOLDER
 from avs.config.slam_config import explorers
+from avs.report.published import SLAM_NAME
 
 SLAM = f"{RESULTS}/slam/{{building}}"
 EXPLORATION = f"{SLAM}/{{method}}/{{seed}}/exploration.json"
@@ -76,9 +78,14 @@ def mapped_explorations(file):
 
 
 def slam_tables(wildcards):
-    """Return the table of explorations and their figures, where there are any."""
+    """Return the table of explorations and their figures where the target ``tables`` is to make them, too."""
     if settings.slam is None:
         return []
+    return exploration_tables(wildcards) if settings.slam.with_tables else []
+
+
+def exploration_tables(wildcards):
+    """Return the table of explorations and their figures, for the target ``explore``."""
     maps = expand(
         f"{RESULTS}/figures/slam_maps_{{building}}.pdf",
         building=settings.slam.buildings,
@@ -97,13 +104,27 @@ def slam_tables(wildcards):
     ]
 
 
-def explored(wildcards):
-    """Return what the target asks for; without buildings the user has to say which."""
+def outdated_explorations(made, changed_settings):
+    """Return the files of tables and figures of explorations that are not to be made now, though their sources change.
+
+    Args:
+        made: paths of what is made now.
+        changed_settings: files of settings that are not what the configuration says.
+    """
     if settings.slam is None:
-        sys.exit(
-            "error: configuration: slam: no building is named; add one, see docs/active-slam.md"
-        )
-    return slam_tables(wildcards)
+        return set()
+    kinds = ("building", "exploration", "slam_figure")
+    told = any(
+        Path(path).relative_to(f"{RESULTS}/settings").parts[0].removesuffix(".json")
+        in kinds
+        for path in changed_settings
+    )
+    explorers_here = [explorer(method) for method in EXPLORING if explorer(method)]
+    weights = {str(weights_of_method(method) or "") for method in explorers_here}
+    if not told and weights.isdisjoint(made):
+        return set()
+    found = [("tables", "active_slam*"), ("figures", "slam_*")]
+    return {path for folder, name in found for path in Path(RESULTS, folder).glob(name)}
 
 
 def maps_options(wildcards, input):
@@ -161,7 +182,7 @@ rule active_slam:
     input:
         records=all_explorations,
         settings=f"{RESULTS}/settings/slam_figure.json",
-        published="results/published/slam_gibson.csv",
+        published=f"{FOLDER}/{SLAM_NAME}",
         code=sources("avs.report.tables.active_slam"),
     output:
         multiext(
@@ -248,6 +269,14 @@ localrules:
     explore,
 
 
-rule explore:
-    input:
-        explored,
+if settings.slam is not None:
+
+    rule explore:
+        input:
+            exploration_tables,
+
+else:
+
+    rule explore:
+        shell:
+            "echo 'error: configuration: slam: no building is named; add one (docs/active-slam.md)' >&2; exit 2"

@@ -114,14 +114,14 @@ def active_slam(
     groups, listed = [], []
     for building in buildings:
         cells = {method: _cells(explorations, building, method, paper, absent.get(method)) for method in methods}
-        groups.append(Group(building, _rows(explorations, columns, methods, cells)))
+        groups.append(Group(building, _rows(explorations, columns, building, cells)))
         listed += _listed(explorations, building, methods, cells)
     return Document(
         label="active-slam",
         caption=_caption(explorations),
         columns=columns,
         groups=tuple(groups),
-        notes=tuple(dict.fromkeys([*_notes(explorations, methods), *_absent(absent)])),
+        notes=tuple(dict.fromkeys([*_gaps(explorations), *_notes(explorations, methods), *_absent(absent)])),
         listing=Listing(FIELDS, tuple(listed)),
         appendices={"_per_run": _per_run(explorations), "_curves": _curves(explorations)},
     )
@@ -136,7 +136,7 @@ def _cells(
 ) -> list[Cell]:
     """Return the mean over seeds, and their standard deviation where there are several, of each column."""
     places = [place for place in sorted(explorations.cells) if place[:2] == (building, method)]
-    cause = "no record" if reason is None else reason.cause
+    cause = "no exploration" if reason is None else reason.cause
     cells: list[Cell] = []
     for metric, value in _COLUMNS:
         values = [value(explorations.cells[place], explorations.metas[place]) for place in places]
@@ -151,16 +151,18 @@ def _cells(
 
 
 def _rows(
-    explorations: Explorations, columns: Sequence[Column], methods: Sequence[str], cells: Mapping[str, list[Cell]]
+    explorations: Explorations, columns: Sequence[Column], building: str, cells: Mapping[str, list[Cell]]
 ) -> tuple[Row, ...]:
-    """Return the rows of a building, with ranks among those that compete."""
+    """Return the rows of a building, with ranks among those that compete and have all their seeds."""
+    gaps = {place[1] for place in explorations.missing if place[0] == building}
+    compete = [method for method in cells if explorations.ranked(method) and method not in gaps]
     marked = {method: list(row) for method, row in cells.items()}
     for index, column in enumerate(columns):
-        values = {method: cells[method][index].value for method in methods if explorations.ranked(method)}
+        values = {method: cells[method][index].value for method in compete}
         for method, rank in ranks(values, column.metric).items():
             marked[method][index] = replace(marked[method][index], rank=rank)
     return tuple(
-        Row(explorations.label(method), tuple(marked[method]), method.startswith(PROPOSED)) for method in methods
+        Row(explorations.label(method), tuple(marked[method]), method.startswith(PROPOSED)) for method in cells
     )
 
 
@@ -169,7 +171,11 @@ def _caption(explorations: Explorations) -> tuple[str, ...]:
     robot, seeds = record.settings, sorted({place[2] for place in explorations.cells})
     exploration, evaluation, camera = robot["exploration"], robot["evaluation"], robot["camera"]
     poses = "tracked poses" if robot["mapper"]["tracking"] else "given poses"
+    lacking = len(explorations.missing)
+    verb = "is" if lacking == 1 else "are"
+    told = f"Incomplete: {lacking} of {lacking + len(explorations.cells)} explorations {verb} missing."
     sentences = [
+        *([told] if lacking else []),
         f"Active SLAM: {exploration['steps']} actions of a robot with a camera of {camera['width']} x "
         f"{camera['height']} pixels, {poses}, {len(seeds)} seed{'s' if len(seeds) > 1 else ''}.",
         f"SCR: share of the surface that can be seen from the storey of the start within "
@@ -181,6 +187,21 @@ def _caption(explorations: Explorations) -> tuple[str, ...]:
     if len(seeds) > 1:
         sentences.append("After the plus-minus sign: standard deviation over seeds, each with a start of its own.")
     return tuple(sentences)
+
+
+def _gaps(explorations: Explorations) -> list[str]:
+    """Return a note for each reason why explorations are missing, and for each mean of fewer seeds."""
+    gaps: dict[str, list[str]] = {}
+    for (building, method, seed), why in explorations.missing.items():
+        gaps.setdefault(why, []).append(f"{explorations.label(method)} in {building}, seed {seed}")
+    notes = [f"{'; '.join(places)}: {why}" for why, places in gaps.items()]
+    for building, method in dict.fromkeys(place[:2] for place in explorations.missing):
+        seeds = [str(record.seed) for record in explorations.of(building, method)]
+        if seeds:
+            plural = "s" if len(seeds) > 1 else ""
+            label = explorations.label(method)
+            notes.append(f"{label} in {building}: mean of seed{plural} {', '.join(seeds)} only, not to be ranked")
+    return notes
 
 
 def _notes(explorations: Explorations, methods: Sequence[str]) -> list[str]:

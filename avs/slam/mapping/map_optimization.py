@@ -80,9 +80,11 @@ def _sparse(tensors: MapTensors, frame: Frame, camera: Cameras, settings: Growth
     """Return the pixels ``[height, width]`` with a depth whose point has no Gaussian's centre within ``spacing``."""
     valid = frame.depth > settings.nearest
     means = tensors["means"].detach().numpy()
-    distances = KDTree(means).query(points_of(frame, camera, valid), distance_upper_bound=settings.spacing)[0]
-    found = np.zeros_like(valid)
-    found[valid] = ~np.isfinite(distances)
+    points, found = points_of(frame, camera, valid), np.zeros_like(valid)
+    if len(points):
+        around = (means >= points.min(axis=0) - settings.spacing) & (means <= points.max(axis=0) + settings.spacing)
+        tree = KDTree(means[around.all(axis=1)])
+        found[valid] = ~np.isfinite(tree.query(points, distance_upper_bound=settings.spacing)[0])
     return found
 
 
