@@ -10,8 +10,9 @@ from PIL import Image
 from avs.datasets.embedded.apartment import ply_bytes
 from avs.slam.building.building_files import read_building
 from avs.slam.building.building_frame import FrameSettings, upright
+from avs.slam.building.opened_building import open_simulator
 from avs.slam.building.robot_camera import CameraSettings, Pose, camera_at
-from avs.slam.building.simulator import Simulator, open_simulator
+from avs.slam.building.simulator import Simulator
 from avs.slam.building.simulator_settings import SimulatorSettings
 from avs.system.errors import UserError
 

@@ -12,8 +12,9 @@ import torch
 from PIL import Image
 from torch.nn import Parameter
 
+from avs.slam.building.opened_building import open_simulator
 from avs.slam.building.robot_camera import CameraSettings, Pose, camera_at
-from avs.slam.building.simulator import Simulator, open_simulator
+from avs.slam.building.simulator import Simulator
 from avs.slam.evaluation.top_view import CELL
 from avs.slam.loop.exploration_record import MAPS_HEADER, ExplorationRecord
 from avs.slam.loop.slam_settings import SlamSettings

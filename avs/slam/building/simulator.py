@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from avs.datasets.embedded.geometry.raycast import Caster
 from avs.scene.cameras import Cameras
-from avs.slam.building.building_files import read_building
-from avs.slam.building.building_frame import upright
 from avs.slam.building.building_mesh import Building, FloatArray
-from avs.slam.building.simulator_settings import SimulatorSettings
 from avs.slam.building.surface_colors import SurfaceColors
 
 
@@ -80,16 +76,6 @@ class Simulator:
             self._rays[key] = _local_rays(camera, side)
         rotation = camera.world_to_camera[0, :3, :3].astype(np.float32)
         return camera.centers[0].astype(np.float32), self._rays[key] @ rotation
-
-
-def open_simulator(path: Path, settings: SimulatorSettings) -> Simulator:
-    """Return the simulator of a mesh file.
-
-    Raises:
-        UserError: the mesh cannot be read, or is as high as no building.
-    """
-    building = upright(read_building(path), settings.frame, path.suffix.lower(), path)
-    return Simulator(building, settings.samples)
 
 
 def _local_rays(camera: Cameras, side: int) -> FloatArray:

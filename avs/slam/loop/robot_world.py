@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from avs.slam.building.opened_building import open_simulator
 from avs.slam.building.robot_camera import Pose
-from avs.slam.building.simulator import Simulator, open_simulator
+from avs.slam.building.simulator import Simulator
 from avs.slam.evaluation.seen_surface import surface_samples, visible_from_floor
 from avs.slam.loop.slam_settings import SlamSettings
 from avs.slam.navigation.floor_map import FloorMap, find_floor
