@@ -41,7 +41,9 @@ AnyBuilding = Annotated[ApartmentBuilding | MeshBuilding, Field(discriminator="s
 class SlamConfig(StrictModel):
     """Active SLAM: a robot explores buildings, and what chooses its paths is compared."""
 
-    buildings: dict[BuildingName, AnyBuilding] = Field(min_length=1, description="by name, in the order of rows")
+    buildings: dict[BuildingName, AnyBuilding] = Field(
+        default={}, description="by name, in the order of rows; without any, nothing is explored"
+    )
     methods: dict[MethodName, PathScorerSettings] = Field(
         min_length=1, description="what chooses the paths, by identifier, in the order of rows"
     )

@@ -53,7 +53,7 @@ def unfinished(plan: RunPlan) -> UnfinishedRun:
 def _explorations(plan: RunPlan) -> WantedExplorations | None:
     """Return what the table of active SLAM is made from where the run makes it with the others, or has begun it."""
     told, rule = plan.config.slam, "exploration"
-    if told is None:
+    if told is None or not told.buildings:
         return None
     settings = settings_of(plan.config, "slam_figure")
     assert isinstance(settings, SlamFigureJob)

@@ -1,11 +1,16 @@
 """The explorations of a configuration: what each job reads, and what is refused."""
 
+from pathlib import Path
+
 import pytest
+import yaml
 
 from avs.config.configuration import load
 from avs.config.jobs import settings_of
+from avs.config.sensitivity_settings import laid_over
 from avs.system.errors import UserError
 
+ROOT = Path(__file__).resolve().parents[2]
 BASE = {"scale": "test", "seeds": [0], "methods": ["random"]}
 SLAM = {
     "buildings": {
@@ -15,6 +20,10 @@ SLAM = {
     "methods": {"nearest": {"kind": "nearest"}, "fvs": {"kind": "selector", "method": "farthest"}},
     "robot": {"exploration": {"steps": 100}},
 }
+
+
+def scale(name):
+    return yaml.safe_load((ROOT / "workflows" / "config" / f"{name}.yaml").read_text())
 
 
 def test_each_job_reads_its_own():
@@ -46,7 +55,6 @@ def test_the_defaults_are_the_released_constants():
 @pytest.mark.parametrize(
     ("change", "fault"),
     [
-        ({"buildings": {}}, "at least 1"),
         ({"methods": {"x": {"kind": "nonsense"}}}, "kind"),
         ({"methods": {"Bad Name": {"kind": "nearest"}}}, "Bad Name"),
         ({"robot": {"exploration": {"stepz": 3}}}, "stepz"),
@@ -76,3 +84,20 @@ def test_a_method_whose_weights_are_not_here_is_told_of():
         assert "weights" in str(told.absent["niqa"]) or "pyiqa" in str(told.absent["niqa"])
     assert "does not train" in told.absent["ours"].cause
     assert "nearest" not in told.absent
+
+
+@pytest.mark.parametrize(
+    "path", sorted((ROOT / "workflows/config/buildings").glob("*.yaml")), ids=lambda path: path.stem
+)
+def test_the_lists_of_buildings_fit_the_papers_scale(path):
+    config = load(laid_over(scale("paper"), yaml.safe_load(path.read_text())))
+    told = settings_of(config, "slam_figure")
+    assert len(told.buildings) >= 5
+    assert told.seeds == (0, 1, 2)
+    assert config.slam.with_tables
+
+
+def test_small_explores_for_long_but_not_with_the_other_tables():
+    slam = load(scale("small")).slam
+    assert (slam.with_tables, slam.robot.exploration.steps, list(slam.buildings)) == (False, 2000, ["flat"])
+    assert load(scale("paper")).slam.buildings == {}

@@ -102,6 +102,21 @@ def test_a_texture_is_interpolated():
     assert Simulator(mesh, samples=1).observe(camera).rgb[32, 32].tolist() == [100] * 3
 
 
+def test_faces_of_four_corners_are_read_whole(tmp_path):
+    # Replica's meshes are of such faces
+    names = [f"float {axis}" for axis in "xyz"] + [f"uchar {name}" for name in ("red", "green", "blue")]
+    header = ["ply", "format ascii 1.0", "element vertex 4", *(f"property {name}" for name in names)]
+    header += ["element face 1", "property list uchar int vertex_indices", "end_header"]
+    corners = ["2 0 0", "2 3 0", "2 3 2.5", "2 0 2.5"]
+    lines = [*header, *(f"{corner} 255 128 0" for corner in corners), "4 0 1 2 3"]
+    (tmp_path / "wall.ply").write_text("\n".join(lines) + "\n")
+    simulator = open_simulator(tmp_path / "wall.ply", SimulatorSettings(samples=1))
+    frame = simulator.observe(camera_at(Pose(0.5, 1.5, 0.0, 0.0), CAMERA))
+    assert frame.rgb[24, [15, 32, 48]].tolist() == [[255, 128, 0]] * 3
+    # all of the wall: f is 32 and it is 1.5 m away, the lower part of the picture ends 0.12 m above the floor
+    assert np.count_nonzero(frame.depth) == 64 * 48
+
+
 def test_a_plain_mesh_is_grey_and_says_so(tmp_path):
     mesh = room()
     (tmp_path / "plain.ply").write_bytes(ply_bytes(mesh.vertices, mesh.triangles))

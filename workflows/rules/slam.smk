@@ -14,9 +14,10 @@ wildcard_constraints:
 
 
 # No exploration is asked for of a method that cannot run here; its row in the table says why.
+BUILDINGS = list(settings.slam.buildings) if settings.slam else []
 EXPLORING = [
     name
-    for name in (settings.slam.methods if settings.slam else [])
+    for name in (settings.slam.methods if BUILDINGS else [])
     if name not in absent_explorers(settings)
 ]
 
@@ -53,11 +54,11 @@ def exploration_code(wildcards):
 
 def explorations(path, buildings=None, seeds=None):
     """Return the files at ``path`` of explorations, in order of building, method and seed."""
-    if settings.slam is None:
+    if not BUILDINGS:
         return []
     return expand(
         path,
-        building=buildings or settings.slam.buildings,
+        building=buildings or BUILDINGS,
         method=EXPLORING,
         seed=seeds or settings.slam.seeds,
     )
@@ -79,20 +80,20 @@ def mapped_explorations(file):
 
 def slam_tables(wildcards):
     """Return the table of explorations and their figures where the target ``tables`` is to make them, too."""
-    if settings.slam is None:
-        return []
-    return exploration_tables(wildcards) if settings.slam.with_tables else []
+    return (
+        exploration_tables(wildcards) if BUILDINGS and settings.slam.with_tables else []
+    )
 
 
 def exploration_tables(wildcards):
     """Return the table of explorations and their figures, for the target ``explore``."""
     maps = expand(
         f"{RESULTS}/figures/slam_maps_{{building}}.pdf",
-        building=settings.slam.buildings,
+        building=BUILDINGS,
     )
     shown = expand(
         f"{RESULTS}/figures/slam_{{building}}_{{method}}_{{seed}}.gif",
-        building=list(settings.slam.buildings)[:1],
+        building=BUILDINGS[:1],
         method=EXPLORING[-1:],
         seed=settings.slam.seeds[:1],
     )
@@ -111,7 +112,7 @@ def outdated_explorations(made, changed_settings):
         made: paths of what is made now.
         changed_settings: files of settings that are not what the configuration says.
     """
-    if settings.slam is None:
+    if not BUILDINGS:
         return set()
     kinds = ("building", "exploration", "slam_figure")
     told = any(
@@ -269,7 +270,7 @@ localrules:
     explore,
 
 
-if settings.slam is not None:
+if BUILDINGS:
 
     rule explore:
         input:
