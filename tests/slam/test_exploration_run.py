@@ -1,18 +1,25 @@
 """A whole exploration of two small rooms: its record, its determinism, a kill and its resumption, every chooser."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from building_factory import box_faces, building, quad, textured
 
 from avs.datasets.embedded.apartment import ply_bytes
-from avs.selection.contract import Method
+from avs.selection.contract import Method, Resources
+from avs.slam.building.robot_camera import camera_at
+from avs.slam.evaluation.seen_surface import SeenSurface
 from avs.slam.evaluation.trajectory_error import absolute_trajectory_error
 from avs.slam.loop import exploration_run
+from avs.slam.loop.exploration_loop import Exploration
 from avs.slam.loop.exploration_record import CoveragePoint, ExplorationRecord
 from avs.slam.loop.exploration_run import CHECKPOINT, curve_area, run_exploration
+from avs.slam.loop.robot_world import open_world
 from avs.slam.loop.slam_settings import SlamSettings
+from avs.slam.mapping import mapper
+from avs.slam.scoring.path_choice import build_scorer
 from avs.system.errors import UserError
 from avs.system.records import read_record
 from avs.system.tensor_files import read_tensors
@@ -255,3 +262,24 @@ def test_an_exploration_is_shown_as_an_animation(mesh, tmp_path):
     with Image.open(tmp_path / "a.gif") as shown:
         assert shown.n_frames > 30
         assert shown.height == 180
+
+
+def test_a_tracked_robot_votes_and_plans_from_where_it_takes_itself_to_be(mesh, monkeypatch):
+    def misled(tensors, frame, guess, told):
+        true = camera_at(exploration.pose, exploration.settings.camera)
+        shift = np.eye(4)
+        shift[0, 3] = -0.5  # half a metre too far along x
+        return replace(true, world_to_camera=true.world_to_camera @ shift), 0.0
+
+    monkeypatch.setattr(mapper, "tracked", misled)
+    told = settings(mapper={"map_every": 12, "iterations": 1, "tracking": {"iterations": 1}})
+    world = open_world(mesh, "rooms", told, 0)
+    exploration = Exploration(world, told, 0, SeenSurface(world.surface, world.simulator, 0.05))
+    exploration.begin()
+    assert exploration.believed.x == pytest.approx(exploration.pose.x + 0.5)
+    assert exploration.believed.yaw == pytest.approx(exploration.pose.yaw)
+    assert exploration.believed.floor == pytest.approx(exploration.pose.floor)
+    column = exploration.grid.cell_of(0.5, 1.5)  # where it takes the wall at x = 0 to be, from the second picture on
+    assert exploration.grid.occupied[column[0] - 1 : column[0] + 2, column[1]].any()
+    scorer = build_scorer(told.scorer, exploration.surface, Resources(None))
+    assert exploration.options(scorer)[0].pose == exploration.believed

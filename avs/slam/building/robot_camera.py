@@ -64,6 +64,13 @@ def camera_at(pose: Pose, settings: CameraSettings) -> Cameras:
     return Cameras(transform[None], matrix[None], size)
 
 
+def pose_of(world_to_camera: FloatArray, settings: CameraSettings) -> Pose:
+    """Return the pose of a robot whose camera has this transform ``[4, 4]``; what is not level in it is left out."""
+    rotation = world_to_camera[:3, :3]
+    x, y, z = (float(value) for value in -rotation.T @ world_to_camera[:3, 3])
+    return Pose(x, y, z - settings.above_floor, math.atan2(rotation[2, 1], rotation[2, 0]))
+
+
 def cameras_at(poses: Sequence[Pose], settings: CameraSettings) -> Cameras:
     """Return the cameras of a robot at each of ``poses``, at least one."""
     return concatenate([camera_at(pose, settings) for pose in poses])

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from avs.slam.building.robot_camera import Pose, camera_at
+from avs.scene.cameras import Cameras
+from avs.slam.building.robot_camera import Pose, camera_at, pose_of
 from avs.slam.evaluation.map_quality import coverage_of
 from avs.slam.evaluation.seen_surface import SeenSurface
 from avs.slam.exploration.exploration_settings import ExplorationSettings
 from avs.slam.exploration.frontiers import Candidate, Frontier, candidates, eroded, frontiers
 from avs.slam.exploration.occupancy import Occupancy, empty_occupancy, free_space, vote
 from avs.slam.exploration.planned_paths import PlannedPath, planned_paths
+from avs.slam.loop.clocks import Clocks
 from avs.slam.loop.exploration_record import LETTERS, CoveragePoint, Decision, FrontierEntry, PathEntry, PoseNumbers
 from avs.slam.loop.robot_world import World
 from avs.slam.loop.slam_settings import SlamSettings
@@ -33,25 +34,6 @@ Progress = Callable[[str], None]
 _STUCK = 0.25
 _SAME_FRONTIER = 0.3
 BUDGET_SPENT = "all actions were done"
-
-
-@dataclass
-class Clocks:
-    """Seconds by module."""
-
-    seconds: dict[str, float] = field(
-        default_factory=lambda: dict.fromkeys(("simulate", "plan", "score", "measure"), 0.0)
-    )
-    decisions: list[float] = field(default_factory=list)
-    scores: list[float] = field(default_factory=list)
-    memory: list[int] = field(default_factory=list)
-
-    @contextmanager
-    def of(self, module: str) -> Iterator[None]:
-        """Count the time of the block for ``module``."""
-        start = time.perf_counter()
-        yield
-        self.seconds[module] += time.perf_counter() - start
 
 
 @dataclass(frozen=True)
@@ -110,6 +92,23 @@ class Exploration:
         """The settings of the exploration."""
         return self.settings.exploration
 
+    @property
+    def camera(self) -> Cameras:
+        """The camera where the robot takes itself to be: the true one where poses are given, else as it was tracked."""
+        true = camera_at(self.pose, self.settings.camera)
+        return (
+            true
+            if self.settings.mapper.tracking is None
+            else replace(true, world_to_camera=np.array(self.mapper.poses[-1:]))
+        )
+
+    @property
+    def believed(self) -> Pose:
+        """Where the robot takes itself to be, and plans from."""
+        if self.settings.mapper.tracking is None:
+            return self.pose
+        return pose_of(self.mapper.poses[-1], self.settings.camera)
+
     def begin(self) -> None:
         """Look, and turn on the spot."""
         self.look()
@@ -151,13 +150,13 @@ class Exploration:
         plan = self.plan
         with self.clocks.of("plan"):
             means = np.asarray(self.mapper.tensors["means"].detach().numpy())
-            free = free_space(self.grid, means, self.pose)
-            borders = self._patient(frontiers(self.grid, free, self.pose, plan.frontiers))
+            free = free_space(self.grid, means, self.believed)
+            borders = self._patient(frontiers(self.grid, free, self.believed, plan.frontiers))
         moment = self._moment([])
         for targets in (borders, []) if borders else ([],):
             for erosion in (plan.frontiers.erosion, max(1, plan.frontiers.erosion // 2)):
                 inner = eroded(free, erosion)
-                drawn = candidates(self.grid, inner, targets, self.pose, plan.frontiers, moment.rng)
+                drawn = candidates(self.grid, inner, targets, self.believed, plan.frontiers, moment.rng)
                 moment = self._moment(drawn)
                 found = self._paths(scorer, moment, free, inner) if drawn else None
                 if found is not None:
@@ -173,7 +172,8 @@ class Exploration:
         with self.clocks.of("plan"):
             for indices in (listed.indices.tolist(), range(len(moment.candidates))):
                 wanted = [(index, moment.candidates[index]) for index in indices]
-                paths = planned_paths(self.grid, free, inner, self.pose, wanted, self.plan.paths, self.settings.motion)
+                plan, motion = self.plan.paths, self.settings.motion
+                paths = planned_paths(self.grid, free, inner, self.believed, wanted, plan, motion)
                 if paths:
                     return listed, paths[: self.plan.paths.shortlist]
         return None
@@ -188,7 +188,8 @@ class Exploration:
             moved = math.hypot(self.pose.x - before.x, self.pose.y - before.y)
             if collided and moved < _STUCK * self.settings.motion.forward:
                 reach = self.settings.agent.radius
-                ahead = self.pose.x + reach * math.cos(self.pose.yaw), self.pose.y + reach * math.sin(self.pose.yaw)
+                own = self.believed
+                ahead = own.x + reach * math.cos(own.yaw), own.y + reach * math.sin(own.yaw)
                 self.grid.blocked[tuple(self.grid.cell_of(*ahead))] = True
                 return
 
@@ -211,7 +212,7 @@ class Exploration:
         self.trajectory.append(self.pose)
         self.mapper.add(frame, camera)
         with self.clocks.of("plan"):
-            vote(self.grid, frame.depth, camera, self.pose, self.settings.agent.radius)
+            vote(self.grid, frame.depth, self.camera, self.believed, self.settings.agent.radius)
         with self.clocks.of("measure"):
             self.surface.look(camera, frame.depth)
             if self.step % self.settings.evaluation.every == 0:
@@ -237,7 +238,7 @@ class Exploration:
         decision = len(self.decisions)
         rng = np.random.default_rng(seed_of("slam decision", self.world.name, self.seed, decision))
         tensors, keyframes = self.mapper.tensors, self.mapper.keyframes
-        return Moment(self.pose, drawn, tensors, keyframes, self.settings.camera, rng, decision)
+        return Moment(self.believed, drawn, tensors, keyframes, self.settings.camera, rng, decision)
 
     def _patient(self, found: list[Frontier]) -> list[Frontier]:
         """Return the frontiers without those that have been gone to too often."""

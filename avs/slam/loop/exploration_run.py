@@ -187,8 +187,8 @@ def _write_maps(path: Path, exploration: Exploration) -> None:
     """Write what figures are drawn from; arrays are in metres in the building's upright axes."""
     world, grid, tensors = exploration.world, exploration.grid, exploration.mapper.tensors
     means = np.asarray(tensors["means"].detach().numpy())
-    free = free_space(grid, means, exploration.pose)
-    left = frontiers(grid, free, exploration.pose, exploration.plan.frontiers)
+    free = free_space(grid, means, exploration.believed)
+    left = frontiers(grid, free, exploration.believed, exploration.plan.frontiers)
     cells = [grid.centres(one.cells) for one in left]
     above = top_view(world.simulator, world.surface, world.start.floor)
     arrays = {
