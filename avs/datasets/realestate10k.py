@@ -253,9 +253,18 @@ def _scene_name(path: Path) -> str:
 
 
 def _videos(folder: Path) -> dict[str, Path]:
-    """Return the videos in a folder and its subfolders by their names without suffix; texts and pictures are none."""
+    """Return the videos in a folder and its subfolders by their names without suffix; texts and pictures are none.
+
+    Raises:
+        UserError: two have one name; their frames need not be those of one time.
+    """
     others = {".txt", ".json", ".jpg", ".png", ".webp", ".part", ".vtt", ".description"}
-    return {path.stem: path for path in walk_files(folder) if path.suffix.lower() not in others}
+    found: dict[str, Path] = {}
+    for path in walk_files(folder):
+        if path.suffix.lower() not in others and found.setdefault(path.stem, path) != path:
+            fault = f"is a second video of the name {path.stem}, beside {found[path.stem]}"
+            raise UserError(path, fault, "take one away")
+    return found
 
 
 def _identifier(path: Path) -> str | None:

@@ -90,6 +90,14 @@ def test_the_frames_of_a_video_become_a_scene(original, tmp_path):
         assert difference.mean() < tolerances.FRAME_OF_VIDEO
 
 
+def test_two_videos_of_one_name_are_refused(copy, tmp_path):
+    twin = copy / "videos" / "again" / "QShWPZxTDoE.webm"
+    twin.parent.mkdir()
+    twin.write_bytes(b"another encoding")
+    with pytest.raises(UserError, match=r"second video of the name QShWPZxTDoE, beside .*; take one away"):
+        prepared(copy, tmp_path)
+
+
 def test_a_scene_without_its_video_is_named_and_the_others_go_on(original):
     chosen = reader(original, only=("0bf152ef84195293", "1111111111111111", "2222222222222222"))
     assert list(chosen.scenes()) == ["0bf152ef84195293"] == list(reader(original).scenes())

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 _COLUMNS = 2
 _LEFT, _PLOT, _LETTER = 0.64, 1.86, 0.05  # inches: what stands left of a plot, the plot, and a letter of a label
 _NUMBERS = 0.36  # inches for the numbers of an axis
-_MOST_LETTERS, _LEADER = 22, 0.14  # of a label; inches of the line that leads to it
+_MOST_LETTERS, _LEADER = 24, 0.14  # of a label; inches of the line that leads to it
 _TITLE, _BETWEEN, _BELOW = 0.2, 0.16, 0.34  # inches
 _UPPER, _LEAST_LOWER, _LABEL = 1.35, 1.1, 0.098  # inches: heights of the plots, and of a label
 _LEGEND = 0.3  # inches

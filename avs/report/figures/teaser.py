@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 _WIDTH, _HEIGHT = 3.5, 2.9  # inches
 _LEFT, _BELOW = 0.48, 0.62
 _PLOT = (_WIDTH - _LEFT - 0.08, _HEIGHT - _BELOW - 0.2)
-_LETTER, _LINE, _MOST_LETTERS, _FONT = 0.052, 0.1, 22, 6.0
+_LETTER, _LINE, _MOST_LETTERS, _FONT = 0.052, 0.1, 24, 6.0
 _FRONT, _THIN = "#BBBBBB", 0.01  # its colour, and inches beside it that names leave free
 _FAR = 0.16  # inches from its point at which a line leads to a name
 _NOTHING = "No method has both a selection time and an episode on the scene on which selections are timed."

@@ -23,10 +23,10 @@ from avs.system.records import read_record
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_LEFT, _GAP, _LETTER, _LEADER = 0.5, 0.62, 0.05, 0.14  # inches
+_LEFT, _GAP, _LETTER, _LEADER = 0.56, 0.62, 0.05, 0.14  # inches
 _PLOT, _LEAST, _LABEL = 1.95, 1.9, 0.098  # inches: width of a plot, its least height, and the height of a name
 _ABOVE, _BELOW = 0.2, 0.62  # inches
-_MOST_LETTERS = 22
+_MOST_LETTERS = 24
 _CAPTION = (
     "Time of each selection (left) and test PSNR (right) over the number of captured views on {scene} of {dataset}, "
     "mean over {seeds}. The time axis is linear up to {threshold:g} s and logarithmic above. Times are those within "
