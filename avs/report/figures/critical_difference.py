@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from avs.report.collect import Episodes, read_dataset
 from avs.report.figures.captions import write_caption
 from avs.report.figures.figure_files import STYLE, draw_notice, save_figure
+from avs.report.figures.picture_grid import shortened
 from avs.report.formats.plain_text import one_line
 from avs.report.intervals import CONFIDENCE
 from avs.report.methods import Presented, presented
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _WIDTH, _LINE, _HEAD = 5.2, 0.17, 0.85  # inches: of the figure, of a line of labels, of axis and title
+_LETTER, _MOST_LETTERS = 0.055, 26  # inches that a letter of a label takes, and letters of the longest
 _CAPTION = (
     "Average ranks of the methods that compete on {dataset}, by test PSNR at the end: ranks of each scene ({scenes}), "
     "by means over seeds ({seeds}), averaged over scenes; 1 is best. A bar lies over methods that Nemenyi's test at "
@@ -92,7 +94,13 @@ def _draw(episodes: Episodes, methods: Sequence[Presented], ranks: AverageRanks,
         figure = Figure(figsize=(_WIDTH, _HEAD + _LINE * (lines + 1)))
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         axes.set_axis_off()
-        axes.set_xlim(-0.55 * len(ordered), 1.55 * len(ordered) + 1)
+        labels = {method.identifier: shortened(one_line(method.label), _MOST_LETTERS) for _, method in ordered}
+        ends = 0.2, len(ordered) + 0.8
+        sides = ordered[:half], ordered[half:]
+        letters = [max((len(labels[method.identifier]) for _, method in side), default=0) for side in sides]
+        before, behind = (_LETTER * (each + len("  10.00")) + 0.1 for each in letters)
+        inch = (ends[1] - ends[0]) / (_WIDTH - before - behind)
+        axes.set_xlim(ends[0] - before * inch, ends[1] + behind * inch)
         axes.set_ylim(-(lines + 1.5), _HEAD / _LINE - 0.5)
         _axis(axes, len(ordered), ranks, f"{headed(episodes.dataset)}, test PSNR, {count(ranks.blocks, 'scene')}")
         for index, (low, high) in enumerate(bars):
@@ -100,10 +108,11 @@ def _draw(episodes: Episodes, methods: Sequence[Presented], ranks: AverageRanks,
         for index, (rank, method) in enumerate(ordered):
             left = index < half
             depth = len(bars) + 1.0 + (index if left else len(ordered) - 1 - index)
-            end = 0.2 if left else len(ordered) + 0.8
+            end = ends[0] if left else ends[1]
             color = _OWN if method.proposed else _OTHER
             axes.plot([rank, rank, end], [0.0, -depth, -depth], color=color, linewidth=0.7)
-            text = f"{one_line(method.label)}  {rank:.2f}" if left else f"{rank:.2f}  {one_line(method.label)}"
+            label = labels[method.identifier]
+            text = f"{label}  {rank:.2f}" if left else f"{rank:.2f}  {label}"
             axes.text(
                 end + (-0.1 if left else 0.1), -depth, text, color=color, ha="right" if left else "left", va="center"
             )
@@ -116,10 +125,11 @@ def _axis(axes: Axes, methods: int, ranks: AverageRanks, title: str) -> None:
     for place in range(1, methods + 1):
         axes.plot([place, place], [0, 0.25], color=_OTHER, linewidth=0.7)
         axes.text(place, 0.4, str(place), ha="center", va="bottom", fontsize=7)
-    axes.text((1 + methods) / 2, 3.2, f"{title}: average rank, 1 is best", ha="center", va="bottom")
+    middle = sum(axes.get_xlim()) / 2
+    axes.text(middle, 3.2, f"{title}: average rank, 1 is best", ha="center", va="bottom")
     reach = min(ranks.critical, methods - 1.0)
     told = f"critical difference {ranks.critical:.2f} ({1 - CONFIDENCE:.0%})"
     if ranks.critical > methods - 1.0:
         told += ": more than ranks can be apart, so that no two are told apart"
     axes.plot([1, 1 + reach], [1.75, 1.75], color="#0072B2", linewidth=1.6)
-    axes.text((1 + methods) / 2, 2.0, told, ha="center", va="bottom", color="#0072B2", fontsize=7)
+    axes.text(middle, 2.0, told, ha="center", va="bottom", color="#0072B2", fontsize=7)
