@@ -250,7 +250,8 @@ def _coverage_table(config: Config, dataset: str) -> CoverageTableJob:
 
 
 def _slam(config: Config) -> SlamConfig:
-    assert config.slam is not None  # its rules ask for nothing otherwise
+    if config.slam is None:
+        raise LookupError("no explorations")  # settings of an earlier run may be there
     return config.slam
 
 

@@ -35,6 +35,12 @@ def test_each_job_reads_its_own():
     assert settings_of(config, "slam_figure").methods == ("nearest", "fvs")
 
 
+def test_without_explorations_their_jobs_are_unknown():
+    for job in ("exploration/flat/nearest", "building/flat", "slam_figure"):
+        with pytest.raises(LookupError):
+            settings_of(load(BASE), job)
+
+
 def test_the_defaults_are_the_released_constants():
     robot = load(
         BASE | {"slam": {"buildings": {"flat": {"source": "apartment"}}, "methods": {"n": {"kind": "fisherrf"}}}}

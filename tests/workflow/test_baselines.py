@@ -10,6 +10,7 @@ import pytest
 import yaml
 
 from tests.workflow.project import ROOT, checkout, checkout_open_to, environment, tiny
+from tests.workflow.test_slam_workflow import SLAM
 
 PAGE = (ROOT / "docs" / "add-a-baseline.md").read_text()
 BLOCKS = dict(re.findall(r"^```\w+ (\S+)\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL))
@@ -46,6 +47,16 @@ def test_every_method_of_the_page_has_its_row(followed):
         "turn": "Geometric",
     }
     assert all(float(row["mean"]) > 0 for row in rows.values())
+
+
+def test_a_method_of_the_page_explores_without_a_line_of_its_own(followed):
+    values = yaml.safe_load((followed / "mine.yaml").read_text())
+    (followed / "buildings.yaml").write_text(yaml.safe_dump(values | {"slam": SLAM}))
+    words = ["snakemake", "-j1", "explore", "--configfile", "buildings.yaml", "exploring.yaml"]
+    variables = environment() | {"PYTHONPATH": str(followed / "packages")}
+    result = subprocess.run(words, cwd=followed, env=variables, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stdout + result.stderr
+    assert "| Emptiest |" in (followed / "results/tiny/tables/active_slam.md").read_text()
 
 
 def test_a_score_has_less_than_twenty_five_lines_a_file_with_settings_fifty_and_a_rule_three():
