@@ -59,11 +59,13 @@ class Row:
         label: its printed name.
         cells: one for each column.
         proposed: whether the paper proposes it; a rule may set such rows off from the others.
+        identifier: of the method, by which a page finds its episodes; empty for what else a table has in its rows.
     """
 
     label: str
     cells: tuple[Cell, ...]
     proposed: bool = False
+    identifier: str = ""
 
 
 @dataclass(frozen=True)

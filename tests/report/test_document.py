@@ -8,6 +8,7 @@ from avs.report.document import Cell, Column, Comparison, Difference, Document, 
 from avs.report.formats.delimited import document_csv
 from avs.report.formats.latex import document_latex
 from avs.report.formats.markdown import document_markdown, escaped
+from avs.report.formats.table_record import read_table_record
 from avs.report.formats.writing import write_document
 from metrics.definitions import Metric
 
@@ -79,8 +80,9 @@ def test_latex():
 def test_files(tmp_path):
     assert document_csv(DOCUMENT) == "method,covered\none,61.250\ntwo,\n"
     write_document(DOCUMENT, tmp_path / "coverage_v1.5")
-    names = {"coverage_v1.5.csv", "coverage_v1.5.md", "coverage_v1.5.tex", "coverage_v1.5_per_scene.csv"}
-    assert {path.name for path in tmp_path.iterdir()} == names
+    endings = (".csv", ".json", ".md", ".tex", "_per_scene.csv")
+    assert {path.name for path in tmp_path.iterdir()} == {f"coverage_v1.5{ending}" for ending in endings}
+    assert read_table_record(tmp_path / "coverage_v1.5.json") == DOCUMENT
 
 
 def test_published_values_without_a_difference():

@@ -203,4 +203,4 @@ def test_equal_records_give_equal_bytes_whatever_their_order(episode, table, tmp
         table(order)
         contents.append({path.name: path.read_bytes() for path in (tmp_path / "tables").iterdir()})
     assert contents[0] == contents[1]
-    assert len(contents[0]) == 6
+    assert len(contents[0]) == 7

@@ -243,7 +243,7 @@ def test_equal_records_give_equal_bytes_in_any_order(written, tmp_path):
         write_ranking_table(written(records), METHODS, "orbit", tmp_path / name / "ranking_orbit", {})
         contents.append({path.name: path.read_bytes() for path in (tmp_path / name).iterdir()})
     assert contents[0] == contents[1]
-    assert len(contents[0]) == 5
+    assert len(contents[0]) == 6
 
 
 @pytest.mark.parametrize(

@@ -184,7 +184,7 @@ def test_equal_records_give_equal_bytes_in_any_order(episode, written, tmp_path)
         write_nvs_table(written(episodes), METHODS, "orbit", None, tmp_path / name / "nvs_orbit", {}, REFERENCE)
         contents.append({path.name: path.read_bytes() for path in (tmp_path / name).iterdir()})
     assert contents[0] == contents[1]
-    endings = (".csv", ".md", ".tex", "_per_scene.csv", "_differences.csv")
+    endings = (".csv", ".json", ".md", ".tex", "_per_scene.csv", "_differences.csv")
     assert set(contents[0]) == {f"nvs_orbit{ending}" for ending in endings}
 
 

@@ -31,7 +31,7 @@ def test_tables_are_added_to_without_running_an_episode_again(finished, tmp_path
     assert nvs["published"]["maniqa", "psnr"] == "19.54"
     assert "avs weights fetch maniqa" in nvs["note"]["maniqa", "psnr"]
 
-    assert {path.suffix for path in tables.glob("runtime.*")} == {".csv", ".md", ".tex"}
+    assert {path.suffix for path in tables.glob("runtime.*")} == {".csv", ".md", ".tex", ".json"}
     values, repeats = (rows_of(tables / "runtime.csv", column) for column in ("value", "repeats"))
     for method in METHODS:
         assert float(values[method, "psnr"]) > 0

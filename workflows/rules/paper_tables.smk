@@ -61,7 +61,7 @@ rule scene_table:
         published=published_scenes_files,
         code=sources("avs.report.tables.scene_by_scene"),
     output:
-        multiext(f"{RESULTS}/tables/scenes_{{dataset}}", ".csv", ".md", ".tex"),
+        multiext(f"{RESULTS}/tables/scenes_{{dataset}}", ".csv", ".md", ".tex", ".json"),
     log:
         f"{LOGS}/tables/scenes_{{dataset}}.log",
     params:
@@ -82,7 +82,7 @@ rule side_by_side_table:
         published=side_by_side_published,
         code=sources("avs.report.tables.data_sets_side_by_side"),
     output:
-        multiext(f"{RESULTS}/tables/re10k_mfr", ".csv", ".md", ".tex"),
+        multiext(f"{RESULTS}/tables/re10k_mfr", ".csv", ".md", ".tex", ".json"),
     log:
         f"{LOGS}/tables/re10k_mfr.log",
     params:
@@ -103,7 +103,9 @@ rule runtime_summary:
         settings=f"{RESULTS}/settings/runtime_summary/{{summary}}.json",
         code=sources("avs.report.tables.runtime_summary"),
     output:
-        multiext(f"{RESULTS}/tables/runtime_{{summary}}", ".csv", ".md", ".tex"),
+        multiext(
+            f"{RESULTS}/tables/runtime_{{summary}}", ".csv", ".md", ".tex", ".json"
+        ),
     log:
         f"{LOGS}/tables/runtime_{{summary}}.log",
     wildcard_constraints:

@@ -102,6 +102,7 @@ rule nvs_table:
             ".csv",
             ".md",
             ".tex",
+            ".json",
             "_per_scene.csv",
             "_differences.csv",
         ),
@@ -129,6 +130,7 @@ rule ranking_table:
             ".csv",
             ".md",
             ".tex",
+            ".json",
             "_per_state.csv",
             "_gain.csv",
         ),
@@ -153,7 +155,7 @@ rule runtime_table:
         settings=f"{RESULTS}/settings/runtime_table.json",
         code=sources("avs.report.tables.selection_times"),
     output:
-        multiext(f"{RESULTS}/tables/runtime", ".csv", ".md", ".tex"),
+        multiext(f"{RESULTS}/tables/runtime", ".csv", ".md", ".tex", ".json"),
     log:
         f"{LOGS}/tables/runtime.log",
     params:

@@ -120,6 +120,7 @@ rule sensitivity_table:
             ".csv",
             ".md",
             ".tex",
+            ".json",
             "_agreement.csv",
         ),
     log:

@@ -199,6 +199,7 @@ rule coverage_table:
             ".csv",
             ".md",
             ".tex",
+            ".json",
             "_per_scene.csv",
             "_differences.csv",
             "_agreement.csv",

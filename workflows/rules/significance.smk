@@ -17,6 +17,7 @@ rule significance_table:
             ".csv",
             ".md",
             ".tex",
+            ".json",
             "_pairs.csv",
             "_ranks.csv",
         ),

@@ -191,6 +191,7 @@ rule active_slam:
             ".csv",
             ".md",
             ".tex",
+            ".json",
             "_per_run.csv",
             "_curves.csv",
         ),

@@ -162,7 +162,7 @@ def _rows(
         for method, rank in ranks(values, column.metric).items():
             marked[method][index] = replace(marked[method][index], rank=rank)
     return tuple(
-        Row(explorations.label(method), tuple(marked[method]), method.startswith(PROPOSED)) for method in cells
+        Row(explorations.label(method), tuple(marked[method]), method.startswith(PROPOSED), method) for method in cells
     )
 
 

@@ -40,9 +40,13 @@ def arranged(
         for identifier, rank in ranks(values, column.metric).items():
             ranked[identifier][index] = replace(ranked[identifier][index], rank=rank)
     return tuple(
-        Group(name, tuple(Row(each.label, tuple(ranked[each.identifier]), each.proposed) for each in members))
+        Group(name, tuple(_row(each, ranked[each.identifier]) for each in members))
         for name, members in in_groups(methods)
     )
+
+
+def _row(method: Presented, cells: Sequence[Cell]) -> Row:
+    return Row(method.label, tuple(cells), method.proposed, method.identifier)
 
 
 def ranks(values: Mapping[str, float | None], metric: Metric) -> dict[str, int]:
