@@ -40,6 +40,7 @@ include: "workflows/rules/paper_tables.smk"
 include: "workflows/rules/significance.smk"
 include: "workflows/rules/report.smk"
 include: "workflows/rules/figures.smk"
+include: "workflows/rules/page.smk"
 
 
 for baseline in BASELINES:

@@ -20,6 +20,7 @@ from avs.commands import (
     figures,
     metric_parameters,
     nvs,
+    page,
     report,
     runtime,
     scorer,
@@ -32,7 +33,7 @@ from avs.system.compatibility import prepare_environment
 from avs.system.job_process import die_with_parent, remember_sources
 
 HELP = "Active view selection. One command per rule of the workflow, of the same name; every path is an argument."
-STAGES = (common, data, scorer, metric_parameters, nvs, runtime, sensitivity, sfm, slam, report, figures)
+STAGES = (common, data, scorer, metric_parameters, nvs, runtime, sensitivity, sfm, slam, report, figures, page)
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False, help=HELP)
 

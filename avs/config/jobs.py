@@ -6,7 +6,7 @@ nothing else. The command of the rule's name reads it back. A model that a lower
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Literal
 
 from pydantic import Field
@@ -18,6 +18,9 @@ from avs.config.report_jobs import (
     CoverageTableJob,
     DrawnJob,
     FigureJob,
+    PageExplorationJob,
+    PageJob,
+    PageSceneJob,
     RowsJob,
     SceneTableJob,
     SensitivityJob,
@@ -276,6 +279,35 @@ def absent_explorers(config: Config) -> dict[str, Reason]:
     return lacking | {name: answer.reason for name, answer in answers.items() if isinstance(answer, Absent)}
 
 
+def _page_scene(config: Config, dataset: str) -> PageSceneJob:
+    """Return what the part of the page of each scene of a data set reads."""
+    episodes = {name: len(config.methods_on(name)) * len(scenes_in(config.datasets[name])) for name in config.evaluated}
+    share = len(config.methods_on(dataset)) / max(sum(episodes.values()), 1)
+    return PageSceneJob(**_rows(config, dataset), page=config.report.page, share=share)
+
+
+def _page_exploration(config: Config, _: str) -> PageExplorationJob:
+    return PageExplorationJob(page=config.report.page)
+
+
+def _page(config: Config, _: str) -> PageJob:
+    told = None if config.slam is None or not config.slam.with_tables else config.slam
+    runs = () if told is None else _explored(told.methods, told.seeds, absent_explorers(config))
+    return PageJob(
+        **_records(config),
+        absent=absent_methods(config),
+        scale=config.scale,
+        config=config.model_dump(mode="json"),
+        explorations={} if told is None else dict.fromkeys(told.buildings, runs),
+    )
+
+
+def _explored(
+    methods: Iterable[str], seeds: Iterable[int], absent: Mapping[str, Reason]
+) -> tuple[tuple[str, int], ...]:
+    return tuple((name, seed) for name in methods if name not in absent for seed in seeds)
+
+
 def coverage_lacking(config: Config) -> Reason | None:
     """Return why coverage cannot be measured here, or None if it can."""
     return why_not((config.coverage or CoverageSettings()).sfm)
@@ -314,6 +346,9 @@ JOBS: dict[str, Callable[[Config, str], StrictModel]] = {
     "building": _building,
     "exploration": _exploration,
     "slam_figure": _slam_figure,
+    "page_scene": _page_scene,
+    "page_exploration": _page_exploration,
+    "page": _page,
 }
 """What makes the settings of a rule's jobs: from the configuration and the name of a method, scene, data set or scorer,
 those of a variant and a method, or which of two tables. Where all jobs of a rule read the same, that name is empty."""

@@ -7,6 +7,7 @@ from typing import Any
 from pydantic import Field
 
 from avs.report.figure_settings import FigureSettings
+from avs.report.page.page_settings import PageSettings
 from avs.system.models import StrictModel
 from avs.system.reasons import Reason
 
@@ -73,3 +74,28 @@ class CoverageTableJob(RowsJob):
     published: str | None = Field(description="file of the published values to print beside its own")
     reference: str | None = Field(description="identifier of the method that the others are compared with")
     lacking: Reason | None = Field(description="why there is no coverage at all, or null")
+
+
+class PageSceneJob(FigureJob):
+    """What the scripts of a scene's part of the page read."""
+
+    absent: dict[str, Reason] = Field(description="why a method has no episode, by identifier")
+    page: PageSettings = Field(description="what the page holds")
+    share: float = Field(ge=0, le=1, description="of the page's limit of bytes that one scene has")
+
+
+class PageExplorationJob(StrictModel):
+    """What the script of an exploration reads."""
+
+    page: PageSettings = Field(description="what the page holds")
+
+
+class PageJob(FigureJob):
+    """What the page reads."""
+
+    absent: dict[str, Reason] = Field(description="why a method does not run, by identifier")
+    scale: str = Field(description="name of the run")
+    config: dict[str, Any] = Field(description="the whole configuration")
+    explorations: dict[str, tuple[tuple[str, int], ...]] = Field(
+        description="methods and seeds of the explorations, by building"
+    )

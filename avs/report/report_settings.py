@@ -5,6 +5,7 @@ from __future__ import annotations
 from pydantic import Field
 
 from avs.report.figure_settings import FigureSettings
+from avs.report.page.page_settings import PageSettings
 from avs.system.models import StrictModel
 
 BASE = "base"
@@ -22,3 +23,4 @@ class ReportSettings(StrictModel):
         description="method that the tables compare all others with, or null; the default counts where it runs",
     )
     figures: FigureSettings = Field(default_factory=FigureSettings, description="what the figures show")
+    page: PageSettings = Field(default_factory=PageSettings, description="what the page holds")

@@ -30,6 +30,7 @@ NAMES = {
     "sensitivity_episode": "every_point/fisherrf",
     "building": "flat",
     "exploration": "flat/nearest",
+    "page_scene": "orbit",
 }
 
 

@@ -1,0 +1,118 @@
+// Two or more methods side by side on one scene with one seed, at the same number of captured views.
+"use strict";
+
+(() => {
+  avs.views.compare = ({ parts, settings }) => {
+    const sets = avs.index.data_sets.filter((each) => each.scenes.length);
+    if (!sets.length) return avs.missing("This run has no scene.");
+    const entry = sets.find((each) => each.name === parts[1]) || sets[0];
+    const name = entry.scenes.includes(parts[2]) ? parts[2] : entry.scenes[0];
+    return avs.later(avs.load(`${avs.place(entry.name, name)}/scene`), (scene) => chosen(scene, parts[3], settings), "loading the scene");
+  };
+
+  function chosen(scene, given, settings) {
+    const all = Object.values(scene.episodes);
+    if (!all.length) return avs.missing("No method has an episode of this scene.");
+    const seeds = [...new Set(all.map((each) => each.seed))];
+    const seed = seeds.includes(Number(given)) ? Number(given) : seeds[0];
+    const there = all.filter((each) => each.seed === seed).map((each) => each.method);
+    const asked = (settings.methods || "").split(",").filter((method) => there.includes(method));
+    const methods = asked.length >= 2 ? asked : [...new Set([...asked, ...usual(scene, there, seed)])].slice(0, Math.max(2, asked.length));
+    const go = (changes) => {
+      const next = { dataset: scene.dataset, scene: scene.scene, seed, methods, ...changes };
+      if (changes.dataset) next.scene = avs.index.data_sets.find((each) => each.name === changes.dataset).scenes[0];
+      avs.go(["compare", next.dataset, next.scene, next.seed], { methods: next.methods.join(","), step: avs.parse(location.hash).settings.step });
+    };
+    const promise = Promise.all(methods.map((method) => avs.loadEpisode(scene.dataset, scene.scene, method, seed)));
+    return avs.h("section", { "aria-labelledby": "title" },
+      avs.h("h1", { id: "title" }, `Methods on ${scene.scene}, seed ${seed}`),
+      choosers(scene, seeds, seed, methods, there, go),
+      avs.later(promise, (loaded) => sideBySide(scene, seed, loaded, settings), "loading the episodes"));
+  }
+
+  // The two ranked methods that are farthest apart at the end: what there is to be seen is seen there.
+  function usual(scene, there, seed) {
+    const end = (method) => scene.episodes[`${method}-${seed}`].curve.at(-1)[3] ?? 0;
+    const ranked = there.filter((method) => avs.methodOf(scene, method).ranked).sort((one, other) => end(other) - end(one));
+    return ranked.length > 1 ? [ranked[0], ranked.at(-1)] : there;
+  }
+
+  function choosers(scene, seeds, seed, methods, there, go) {
+    const sets = avs.index.data_sets;
+    const boxes = scene.methods.filter((method) => there.includes(method.id)).map((method) => {
+      const box = avs.h("input", { type: "checkbox", checked: methods.includes(method.id), onchange: () => {
+        const next = box.checked ? [...methods, method.id] : methods.filter((each) => each !== method.id);
+        if (next.length < 2) box.checked = true;
+        else go({ methods: next });
+      } });
+      return avs.h("label.check", {}, box, avs.h("span.dot", { style: `background:${method.colour}`, "aria-hidden": "true" }), method.label);
+    });
+    return avs.h("form.filters", { onsubmit: (event) => event.preventDefault() },
+      avs.select("Data set", sets.map((each) => [each.name, each.name]), scene.dataset, (dataset) => go({ dataset })),
+      avs.select("Scene", sets.find((each) => each.name === scene.dataset).scenes.map((name) => [name, name]), scene.scene, (name) => go({ scene: name })),
+      avs.select("Seed", seeds.map((each) => [String(each), String(each)]), String(seed), (value) => go({ seed: Number(value) })),
+      avs.h("details.methods", {}, avs.h("summary", {}, `Methods (${methods.length})`), avs.h("div.checks", {}, boxes)));
+  }
+
+  // Moments are numbers of captured views, since methods that choose several at a time have fewer selections.
+  function sideBySide(scene, seed, loaded, settings) {
+    const counts = loaded.map((each) => [...Array(avs.moments(each.episode)).keys()].map((moment) => avs.capturedBefore(each.episode, moment).length));
+    const moments = [...new Set(counts.flat())].sort((one, other) => one - other);
+    const at = (place, views) => Math.max(0, counts[place].findLastIndex((count) => count <= views));
+    const given = moments.indexOf(Number(settings.step));
+    const state = { share: 50, test: 0 };
+    const columns = loaded.map((each) => column(scene, each));
+    const curve = avs.h("div");
+    let now = given < 0 ? 0 : given;
+    const player = avs.player(moments.length - 1, now, (moment) => `${moments[moment]} captured views`, (moment) => {
+      now = moment;
+      avs.keep({ step: moments[moment] });
+      draw();
+    });
+    function draw() {
+      for (const [place, each] of columns.entries()) {
+        each.draw(at(place, moments[now]), state, (changes) => { Object.assign(state, changes); draw(); });
+      }
+      curve.replaceChildren(avs.curvePart(scene, seed, loaded.map((each) => each.episode.method), "psnr", moments[now]));
+    }
+    draw();
+    return [player.element, avs.h("div.columns", { style: `--columns:${columns.length}` }, columns.map((each) => each.element)), avs.panel("Test images over views", curve), agreement(scene, loaded)];
+  }
+
+  function column(scene, loaded) {
+    const method = avs.methodOf(scene, loaded.episode.method);
+    const space = avs.sceneSpace(scene.cameras, avs.scenePoints(scene.points), { label: `Cameras of ${method.label}`, height: 220 });
+    const areas = Object.fromEntries(["words", "view", "scores", "strip"].map((name) => [name, avs.h("div")]));
+    const element = avs.h("section.panel", {},
+      avs.h("h2", {}, avs.h("span.dot", { style: `background:${method.colour}`, "aria-hidden": "true" }),
+        avs.h("a", { href: avs.address(["episode", scene.dataset, scene.scene, loaded.episode.method, loaded.episode.seed]) }, method.label)),
+      areas.words, areas.view, areas.scores, space.element, areas.strip);
+    const draw = (moment, state, redraw) => {
+      const point = momentOf(loaded, moment);
+      areas.words.replaceChildren(avs.h("p", {}, avs.momentText(loaded, moment), avs.h("br"), avs.h("b", {}, point)));
+      areas.view.replaceChildren(...[avs.viewPart(loaded, moment, state, redraw)].flat().filter(Boolean));
+      areas.scores.replaceChildren(avs.scorePart(loaded, moment, true));
+      areas.strip.replaceChildren(avs.stripPart(loaded, moment));
+      space.update(...avs.roles(loaded, moment));
+    };
+    return { element, draw };
+  }
+
+  // The test PSNR just before a selection, or at the end.
+  function momentOf({ episode }, moment) {
+    const views = avs.capturedBefore(episode, moment).length;
+    const point = moment === episode.steps.length ? episode.curve.at(-1) : episode.curve.find((each) => each.views === views);
+    if (!point) return "";
+    return `test PSNR ${avs.fixed(avs.mean(point.psnr), 2)} dB`;
+  }
+
+  // How many of the selected views are the same, for each pair.
+  function agreement(scene, loaded) {
+    const label = (each) => avs.methodOf(scene, each.episode.method).label;
+    const rows = loaded.flatMap((one, place) => loaded.slice(place + 1).map((other) => {
+      const same = one.episode.selected.filter((camera) => other.episode.selected.includes(camera));
+      return avs.h("li", {}, `${label(one)} and ${label(other)} selected ${same.length} of ${one.episode.selected.length} views in common${same.length ? `: ${same.map((camera) => scene.names[camera]).join(", ")}` : ""}.`);
+    }));
+    return avs.panel("Views in common", avs.h("ul", {}, rows));
+  }
+})();

@@ -1,0 +1,88 @@
+// Filters of a table of episodes: groups and methods leave rows out; scenes and seeds make new means of single values.
+"use strict";
+
+(() => {
+  const ENOUGH_FOR_SPREAD = 3;
+
+  // The values of single scenes as objects, or nothing where a table has none.
+  avs.singles = (told) => {
+    if (!told.per_scene) return [];
+    const { fields, records } = told.per_scene;
+    return records.map((record) => Object.fromEntries(fields.map((field, place) => [field, record[place]])))
+      .map((each) => ({ ...each, value: each.value === "" ? null : Number(each.value) }));
+  };
+
+  // Returns the document with the rows and means that are asked for.
+  avs.filtered = (told, { scene, seed, group, method }) => {
+    let shown = told;
+    if (scene || seed) shown = recomputed(shown, scene, seed);
+    const words = (method || "").toLowerCase().split(/[\s,]+/).filter(Boolean);
+    const kept = (row) => !words.length || words.some((word) => row.label.toLowerCase().includes(word) || row.identifier === word);
+    const groups = shown.groups
+      .filter((each) => !group || each.name === group)
+      .map((each) => ({ ...each, rows: each.rows.filter(kept) }))
+      .filter((each) => each.rows.length);
+    const labels = new Set(groups.flatMap((each) => each.rows.map((row) => row.label)));
+    const comparison = shown.comparison && { ...shown.comparison, rows: shown.comparison.rows.filter(([label]) => labels.has(label)) };
+    return { ...shown, groups, comparison: comparison && comparison.rows.length ? comparison : null };
+  };
+
+  function recomputed(told, scene, seed) {
+    const singles = avs.singles(told).filter((each) => (!scene || each.scene === scene) && (!seed || String(each.seed) === seed));
+    const scenes = [...new Set(singles.map((each) => each.scene))];
+    const groups = told.groups.map((group) => ({
+      ...group,
+      rows: group.rows.map((row) => ({ ...row, cells: told.columns.map((column) => meanCell(singles, row, column.metric, scenes)) })),
+    }));
+    const what = [scene ? `scene ${scene}` : `${scenes.length} scenes`, seed ? `seed ${seed}` : "all seeds"].join(", ");
+    const columns = told.columns.map((column) => ({ ...column, published: null, difference: false }));
+    return {
+      ...told,
+      columns,
+      groups: ranked(told, columns, groups),
+      comparison: null,
+      caption: [`${what}: means of the single values of this table, computed by the page.`, "The paper's means are over other scenes and are left out."],
+    };
+  }
+
+  // As the tables do it: a seed counts with all scenes; the mean is over scenes, then over seeds.
+  function meanCell(singles, row, metric, scenes) {
+    const own = singles.filter((each) => each.method === row.identifier && each.metric === metric.identifier && each.value !== null);
+    const seeds = [...new Set(own.map((each) => each.seed))];
+    const means = seeds
+      .map((seed) => own.filter((each) => each.seed === seed))
+      .filter((each) => each.length === scenes.length)
+      .map((each) => avs.mean(each.map((single) => single.value)));
+    const missing = row.cells.find((cell) => cell.cause);
+    if (!means.length) return { value: null, spread: null, rank: null, published: null, text: null, cause: missing ? missing.cause : null };
+    return { value: avs.mean(means), spread: spread(means), rank: null, published: null, cause: null, text: null };
+  }
+
+  function spread(means) {
+    if (means.length < ENOUGH_FOR_SPREAD) return null;
+    const middle = avs.mean(means);
+    return Math.sqrt(means.reduce((sum, value) => sum + (value - middle) ** 2, 0) / (means.length - 1));
+  }
+
+  function ranked(told, columns, groups) {
+    const competing = new Set(told.groups.filter((group) => group.rows.some((row) => row.cells.some((cell) => cell.rank))).map((group) => group.name));
+    const unranked = (name) => avs.index.methods.some((each) => each.group === name && !each.ranked);
+    const places = columns.map(({ metric }, place) => {
+      if (metric.higher_is_better === null) return [];
+      const values = groups.filter((group) => competing.has(group.name) || !unranked(group.name))
+        .flatMap((group) => group.rows.map((row) => row.cells[place].value)).filter((value) => value !== null)
+        .map((value) => Number(value.toFixed(metric.decimals)));
+      const best = [...new Set(values)].sort((one, other) => (metric.higher_is_better ? other - one : one - other));
+      return best.slice(0, 3);
+    });
+    return groups.map((group) => (unranked(group.name) ? group : {
+      ...group,
+      rows: group.rows.map((row) => ({ ...row, cells: row.cells.map((cell, place) => ({ ...cell, rank: rankOf(cell, columns[place].metric, places[place]) })) })),
+    }));
+  }
+
+  function rankOf(cell, metric, best) {
+    const place = cell.value === null ? -1 : best.indexOf(Number(cell.value.toFixed(metric.decimals)));
+    return place < 0 ? null : place + 1;
+  }
+})();
