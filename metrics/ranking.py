@@ -57,6 +57,33 @@ def kendall(first: npt.ArrayLike, second: npt.ArrayLike) -> Correlation:
     return _correlation(functools.partial(stats.kendalltau, method="asymptotic"), first, second)
 
 
+def mean_within(
+    statistic: Callable[[npt.ArrayLike, npt.ArrayLike], Correlation],
+    first: npt.ArrayLike,
+    second: npt.ArrayLike,
+    groups: npt.ArrayLike,
+) -> Correlation:
+    """Return the mean over groups of the correlation within each, of the groups where it is defined.
+
+    Args:
+        statistic: ``spearman`` or ``kendall``.
+        first: ``[n]`` finite numbers.
+        second: ``[n]`` finite numbers.
+        groups: ``[n]`` to which group each belongs.
+
+    Raises:
+        ValueError: the shapes differ, or a number is not finite.
+    """
+    (one, other), labels = _checked(first, second), np.asarray(groups)
+    if labels.shape != one.shape:
+        raise ValueError(f"{labels.shape} groups of {one.shape} numbers")
+    each = [statistic(one[labels == label], other[labels == label]) for label in np.unique(labels)]
+    defined = [correlation.value for correlation in each if correlation.value is not None]
+    if defined:
+        return Correlation(float(np.mean(defined)))
+    return Correlation(None, each[0].reason if each else f"fewer than {FEWEST} candidates have both")
+
+
 def _correlation(statistic: Callable[..., Any], first: npt.ArrayLike, second: npt.ArrayLike) -> Correlation:
     """Return the statistic of checked numbers, or why they have none."""
     pair = _checked(first, second)

@@ -116,3 +116,24 @@ def methods_that_run():
         for name, found in sorted(registry.methods().items())
         if missing(found.method.pretrained) is None and found.method.follows is None
     ]
+
+
+def write_regression(path, pixels):
+    """Write the regressions of a fit to random numbers, of renderings of a long side of ``pixels``; return the path."""
+    from avs.iqa.render_statistics.pixel_statistics import PIXEL_STATISTICS
+    from avs.iqa.render_statistics.regression_file import FittedRegressions, RegressionFacts, write_regressions
+    from avs.iqa.render_statistics.regression_fit import ALL_STATISTICS
+    from avs.iqa.render_statistics.regression_settings import RegressionSettings
+    from avs.iqa.render_statistics.ssim_regression import Sample, fit_regression
+
+    rng = np.random.default_rng(5)
+    statistics = rng.normal(size=(30, len(ALL_STATISTICS)))
+    columns = {"seen": ALL_STATISTICS, "pixels": PIXEL_STATISTICS}
+    fits = {
+        name: fit_regression([Sample(statistics[:, : len(read)], rng.random(30), np.arange(30) // 10)], read, 0.1)
+        for name, read in columns.items()
+    }
+    settings = RegressionSettings(resize={"side": "long", "pixels": pixels})
+    facts = RegressionFacts(settings=settings, scenes=1, candidates=30, held_out=0, candidate_spearman={"seen": None})
+    write_regressions(path, FittedRegressions(fits, facts))
+    return path

@@ -91,6 +91,22 @@ def side_by_side_table(episodes: Episodes, settings: SettingsFile, out: Stem, lo
         write_side_by_side_table(sets, out)
 
 
+@commands.command("scorer_table")
+def scorer_table(
+    records: Annotated[list[Path], typer.Argument(help="scores of the renderings of held-out scenes, one a scene")],
+    settings: SettingsFile,
+    out: Stem,
+    log: Log = None,
+) -> None:
+    """Write how well scorers predict SSIM on held-out scenes, as csv, md and tex."""
+    with job(log):
+        from avs.config.report_jobs import ScorerTableJob
+        from avs.report.tables.scorer_agreement import write_scorer_table
+
+        told = read_settings(settings, ScorerTableJob)
+        write_scorer_table(records, told.scenes, told.methods, out, told.absent)
+
+
 @commands.command("ranking_table")
 def ranking_table(records: States, dataset: Dataset, settings: SettingsFile, out: Stem, log: Log = None) -> None:
     """Write how well each method's scores rank the candidates of a data set, as csv, md and tex."""

@@ -1,4 +1,4 @@
-"""Commands that make distortion data and train cross-reference scorers on them."""
+"""Commands that make distortion data, and train or fit on them what scores renderings."""
 
 from __future__ import annotations
 
@@ -26,20 +26,57 @@ def distortions(scene: SceneFolder, seed: Seed, settings: SettingsFile, out: Out
         make_renders(scene, out, read_settings(settings, RenderJob), seed, console.progress)
 
 
+Weights = Annotated[Path, typer.Option(help="checkpoint to write")]
+Card = Annotated[Path, typer.Option(help="model card to write")]
+Training = Annotated[list[Path], typer.Option(help="renderings of a training scene")]
+HeldOut = Annotated[list[Path], typer.Option(help="renderings of a scene that only measures")]
+
+
 @commands.command("scorer_train")
 def scorer_train(
-    settings: SettingsFile,
-    weights: Annotated[Path, typer.Option(help="checkpoint to write")],
-    card: Annotated[Path, typer.Option(help="model card to write")],
-    training: Annotated[list[Path], typer.Option(help="renderings of a training scene")],
-    held_out: Annotated[list[Path], typer.Option(help="renderings of a scene that only measures")],
-    log: Log = None,
+    settings: SettingsFile, weights: Weights, card: Card, training: Training, held_out: HeldOut, log: Log = None
 ) -> None:
     """Train the scorer on renderings."""
     with job(log) as console:
-        from avs.config.jobs import TrainingJob
+        from avs.config.scorer_jobs import TrainingJob
         from avs.iqa.cross_reference.training import train
 
         limit_threads()
         told = read_settings(settings, TrainingJob)
         train(training, held_out, weights, card, told.scorer, console.progress, told.device)
+
+
+@commands.command("statistics_fit")
+def statistics_fit(
+    settings: SettingsFile, weights: Weights, card: Card, training: Training, held_out: HeldOut, log: Log = None
+) -> None:
+    """Fit regressions of SSIM on plain statistics of renderings."""
+    with job(log) as console:
+        from avs.iqa.render_statistics.regression_fit import fit_statistics
+        from avs.iqa.render_statistics.regression_settings import RegressionSettings
+
+        limit_threads()
+        told = read_settings(settings, RegressionSettings)
+        fit_statistics(training, held_out, weights, card, told, console.progress)
+
+
+@commands.command("held_out_scores")
+def held_out_scores(
+    data: Annotated[Path, typer.Argument(help="renderings of a held-out scene")],
+    other: Annotated[Path, typer.Option(help="renderings of another scene, for references that are none of its own")],
+    settings: SettingsFile,
+    out: Out,
+    weights: Annotated[
+        list[str] | None, typer.Option(help="METHOD=FILE, the weights of a method; once for each that needs some")
+    ] = None,
+    log: Log = None,
+) -> None:
+    """Let networks, metrics and plain numbers score the renderings of a held-out scene."""
+    with job(log) as console:
+        from avs.iqa.held_out.held_out_scores import write_held_out_scores
+        from avs.iqa.held_out.held_out_settings import HeldOutJob
+
+        limit_threads()
+        pairs = (each.partition("=") for each in weights or [])
+        files = {method: Path(path) for method, _, path in pairs}
+        write_held_out_scores(data, other, read_settings(settings, HeldOutJob), files, out, console.progress)

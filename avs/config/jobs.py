@@ -7,11 +7,11 @@ nothing else. The command of the rule's name reads it back. A model that a lower
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, Literal
+from typing import Any
 
 from pydantic import Field
 
-from avs.config.configuration import protocol_of, scorer_of, variant_of
+from avs.config.configuration import protocol_of, variant_of
 from avs.config.method_weights import Absent, absent_methods, choosing_elsewhere, scoring_methods, weights_of
 from avs.config.paper_tables import FOLDER, published_means, published_scenes, side_by_side, with_memory
 from avs.config.report_jobs import (
@@ -30,6 +30,7 @@ from avs.config.report_jobs import (
 )
 from avs.config.run_config import Config, DataSet
 from avs.config.scenes import scenes_in, timed_scene
+from avs.config.scorer_jobs import SCORER_JOBS
 from avs.config.slam_config import (
     BuildingJob,
     SlamConfig,
@@ -42,15 +43,12 @@ from avs.config.slam_config import (
 from avs.config.studied import studied_methods
 from avs.coverage.coverage_settings import CoverageJob, CoverageSettings, ReferenceJob
 from avs.datasets.folder_reader import FolderReader
-from avs.iqa.cross_reference.scorer_settings import RenderJob, RenderSettings, ScorerSettings
-from avs.iqa.no_reference.niqe_settings import FitSettings
 from avs.nvs.common_states_settings import CommonStatesJob, CommonStatesSettings, ScoredMethodSettings
 from avs.nvs.episode_settings import EpisodeSettings
 from avs.nvs.timing_settings import RuntimeSettings, StateSettings, TimingSettings
 from avs.report.published import COVERAGE_NAME, PICTURES, RUNTIME_NAMES
 from avs.representations.needed_points import NeededPoints
 from avs.scene.images import BLACK
-from avs.selection import registry
 from avs.sfm.back_end_registry import why_not
 from avs.system.models import StrictModel
 from avs.system.reasons import Reason
@@ -62,13 +60,6 @@ class SceneJob(StrictModel):
     dataset: str = Field(description="name of the data set")
     scene: DataSet = Field(description="settings of the scene alone")
     points: NeededPoints | None = Field(default=None, description="what the reconstruction needs of its points")
-
-
-class TrainingJob(StrictModel):
-    """What the training of a scorer reads."""
-
-    device: Literal["cpu", "cuda"] = Field(description="where networks run")
-    scorer: ScorerSettings = Field(description="the scorer")
 
 
 def _records(config: Config, *datasets: str) -> dict[str, Any]:
@@ -100,20 +91,6 @@ def _scene(config: Config, name: str) -> SceneJob:
     # What tables make of the scene does not change it.
     settings = alone.model_copy(update={"published": None, "methods": None, "tables": None}).on_background(background)
     return SceneJob(dataset=dataset, scene=settings, points=config.representation.needed_points())
-
-
-def _distortions(config: Config, _: str) -> RenderJob:
-    renders = RenderSettings() if config.distortions is None else config.distortions.renders
-    return RenderJob(device=config.device, representation=config.representation, renders=renders)
-
-
-def _scorer_train(config: Config, scorer: str) -> TrainingJob:
-    return TrainingJob(device=config.device, scorer=scorer_of(config, scorer))
-
-
-def _niqe_fit(config: Config, _: str) -> FitSettings:
-    settings = registry.create_settings("niqe", config.selectors.get("niqe", {}))
-    return FitSettings.model_validate(settings.model_dump(include=set(FitSettings.model_fields)))
 
 
 def _episode(config: Config, method: str) -> EpisodeSettings:
@@ -315,9 +292,7 @@ def coverage_lacking(config: Config) -> Reason | None:
 
 JOBS: dict[str, Callable[[Config, str], StrictModel]] = {
     "scene": _scene,
-    "distortions": _distortions,
-    "scorer_train": _scorer_train,
-    "niqe_fit": _niqe_fit,
+    **SCORER_JOBS,
     "episode": _episode,
     "common_states": _common_states,
     "runtime_state": _runtime_state,

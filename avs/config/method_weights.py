@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -15,6 +16,13 @@ from avs.selection import registry
 from avs.system import weights
 from avs.system.reasons import Reason
 
+_FITTED: dict[str, Literal["niqe_fit", "statistics_fit"]] = {"niqe": "niqe_fit", "statistics": "statistics_fit"}
+"""The rules that fit what ``Method.fallback`` names."""
+
+_NO_TRAINING_SCENES = Reason(
+    cause="fitted to training scenes, of which the run has none", remedy="name some in the section distortions"
+)
+
 
 @dataclass(frozen=True)
 class Made:
@@ -22,10 +30,10 @@ class Made:
 
     Attributes:
         rule: the rule that makes them.
-        name: the scorer that is trained, or the metric whose parameters are fitted.
+        name: the scorer that is trained, or that whose parameters are fitted.
     """
 
-    rule: Literal["scorer_train", "niqe_fit"]
+    rule: Literal["scorer_train", "niqe_fit", "statistics_fit"]
     name: str
 
 
@@ -57,11 +65,16 @@ def weights_of(config: Config, identifier: str) -> Path | Made | Absent | None:
         whole = weights.missing([PUBLISHED[method.scorer]]) if scorer.published and method.scorer in PUBLISHED else None
         return Absent(whole or reason)  # a scorer that others have trained is better than a backbone
     reason = weights.missing(method.pretrained)
-    if reason is None:
-        return weights.locate(method.pretrained[0]) if len(method.pretrained) == 1 else None
-    if method.fallback is not None and config.distortions is not None:
-        return Made("niqe_fit", method.fallback)
-    return Absent(reason)
+    if (method.pretrained and reason is None) or method.fallback is None:
+        return _located(method.pretrained) if reason is None else Absent(reason)
+    if config.distortions is None:
+        return Absent(reason or _NO_TRAINING_SCENES)
+    return Made(_FITTED[method.fallback], method.fallback)
+
+
+def _located(pretrained: Sequence[str]) -> Path | None:
+    """Return the file of published weights that are here, if it is one alone."""
+    return weights.locate(pretrained[0]) if len(pretrained) == 1 else None
 
 
 def files_read(config: Config, identifier: str, *, evaluated: bool) -> tuple[Path, ...]:

@@ -99,3 +99,11 @@ class PageJob(FigureJob):
     explorations: dict[str, tuple[tuple[str, int], ...]] = Field(
         description="methods and seeds of the explorations, by building"
     )
+
+
+class ScorerTableJob(StrictModel):
+    """What the table of scorers on held-out scenes reads."""
+
+    scenes: dict[str, tuple[str, ...]] = Field(description="names of the held-out scenes, by data set")
+    methods: tuple[str, ...] = Field(description="methods that have rows there, in order")
+    absent: dict[str, Reason] = Field(description="why one of them has no number, by identifier")

@@ -15,6 +15,7 @@ from avs.coverage.coverage_settings import CoverageSettings
 from avs.datasets.reader import FurtherTable, Reader
 from avs.datasets.reader_registry import readers
 from avs.iqa.cross_reference.scorer_settings import BACKBONE_OF, ScorerSettings
+from avs.iqa.held_out.held_out_settings import ScorerEvaluationSettings
 from avs.nvs.common_states_settings import CommonStatesSettings
 from avs.nvs.picture_settings import PictureSettings
 from avs.nvs.protocol import ProtocolSettings
@@ -71,6 +72,11 @@ class Config(StrictModel):
     )
     scorers: dict[ScorerName, ScorerSettings] = Field(
         default_factory=dict, description="cross-reference scorers that the run can train; it trains those it needs"
+    )
+
+    scorer_evaluation: ScorerEvaluationSettings | None = Field(
+        default_factory=ScorerEvaluationSettings,
+        description="the table of how well scorers predict SSIM on the held-out data sets; null to leave it out",
     )
 
     @field_validator("scale")

@@ -283,7 +283,7 @@ def _logs_of_weights(plan: RunPlan, method: str) -> list[str]:
     made = weights_of(plan.config, method)
     if not isinstance(made, Made):
         return []
-    rules = ("distortions", "scene") if made.rule == "scorer_train" else ("scene",)
+    rules = ("scene",) if made.rule == "niqe_fit" else ("distortions", "scene")
     datasets = () if plan.config.distortions is None else plan.config.distortions.datasets
     return [
         plan.logs[made.rule].format(scorer=made.name),

@@ -238,11 +238,13 @@ class Method:
         scorer: name of the trained scorer whose weights it needs, or None.
         pretrained: names of the published weights that it needs, entries of the manifest of ``avs.system.weights``; a
             run without them leaves the method out and says so in its row.
-        fallback: name of parameters that a run can fit on its training scenes in place of absent published ones; they
-            are passed as ``Resources.weights``.
+        fallback: name of parameters that a run can fit on its training scenes in place of absent published ones, or
+            where there are none; they are passed as ``Resources.weights``.
         oracle: whether it looks at photographs that are not captured yet, through ``State.truth``.
         measures: for an oracle whose score is itself a truth that scores are compared with: which one. Its correlation
             with that says nothing, and those with the others need no scores of its own.
+        assesses_images: whether its selector has ``quality``, the score ``[n]`` of images ``[n, height, width, 3]`` by
+            themselves, so that renderings of held-out scenes can be scored, too.
         proposed: whether the paper proposes it, so that tables and figures set it off from the others.
         follows: identifier of the method whose views it captures, in their order, from the episode of the same scene
             and seed; ``following`` makes such a method. None for a method that chooses.
@@ -261,6 +263,7 @@ class Method:
     fallback: str | None = None
     oracle: bool = False
     measures: TruthName | None = None
+    assesses_images: bool = False
     proposed: bool = False
     follows: str | None = None
 

@@ -192,6 +192,7 @@ METHODS = {
         build=functools.partial(NoReferenceSelector, metric),
         settings=NoReferenceSettings,
         pretrained=() if metric.weights is None else (metric.weights,),
+        assesses_images=True,
     )
     for identifier, metric in _METRICS.items()
 }

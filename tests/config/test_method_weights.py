@@ -51,6 +51,12 @@ def test_parameters_of_niqe_are_published_or_fitted_or_absent(cache):
     assert weights_of(config(), "niqe") == weights_of(alone, "niqe") == published
 
 
+def test_regressions_are_fitted_where_there_are_training_scenes(cache):
+    alone = config(distortions=None, scorers={}, methods=["statistics"])
+    assert weights_of(config(), "statistics") == Made("statistics_fit", "statistics")
+    assert weights_of(alone, "statistics").reason.cause == "fitted to training scenes, of which the run has none"
+
+
 def test_a_scorer_is_published_or_trained_on_a_pretrained_backbone_or_absent(cache):
     assert weights_of(config(), "ours-lite0") == Made("scorer_train", "lite0")
     assert weights_of(config(), "ours-repvit") == Absent(absence("repvit"))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 import yaml
-from factories import methods_that_run, ring
+from factories import methods_that_run, ring, write_regression
 
 from avs.config.configuration import load
 from avs.iqa.cross_reference.network import build_network
@@ -82,6 +82,8 @@ def test_episode(scene, method, tmp_path):
     if scorer is not None:
         weights = tmp_path / "scorer.safetensors"
         save_network(weights, build_network(scorers()[scorer].network, seed=0))
+    elif registry.find(method).method.fallback == "statistics":
+        weights = write_regression(tmp_path / "statistics.safetensors", 256)
     run_episode(scene, settings_of(method, "cuda"), 0, weights, tmp_path, print)
     episode = read_record(tmp_path / "episode.json", Episode)
     meta = read_record(tmp_path / "episode.meta.json", EpisodeMeta)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from factories import MeanColor, OnlyRenders, methods_that_run, named_views, ring, selected, state_of
+from factories import MeanColor, OnlyRenders, methods_that_run, named_views, ring, selected, state_of, write_regression
 
 from avs.representations.capabilities import CAPABILITIES
 from avs.selection import registry
@@ -36,6 +36,7 @@ IDENTIFIERS = {
         "gauss-mi",
     ),
     *("brisque", "niqe", "piqe", "nima", "musiq", "maniqa", "tres", "topiq", "ours-repvit", "ours-dinov2"),
+    *("ours-lite0", "statistics"),
     *("oracle-ssim", "oracle-psnr", "oracle-gain"),
 }
 RENDERS_ONLY = ("2D-based", "Geometric")
@@ -68,7 +69,7 @@ def photographs():
 
 @pytest.fixture(scope="module")
 def weights(tmp_path_factory):
-    """Return the checkpoint of an untrained scorer by name; it is made once."""
+    """Return the weights of a method, of an untrained scorer or a made-up regression; each file is made once."""
     from avs.config.configuration import load
     from avs.iqa.cross_reference.network import build_network
     from avs.iqa.cross_reference.scorer_checkpoint import save_network
@@ -76,7 +77,7 @@ def weights(tmp_path_factory):
     folder = tmp_path_factory.mktemp("scorers")
 
     @cache
-    def make(name):
+    def scorer(name):
         import yaml
 
         values = yaml.safe_load((ROOT / "workflows" / "config" / "ci.yaml").read_text())
@@ -84,6 +85,12 @@ def weights(tmp_path_factory):
         path = folder / f"{name}.safetensors"
         save_network(path, build_network(settings, seed=0))
         return path
+
+    def make(identifier):
+        method = registry.find(identifier).method
+        if method.fallback == "statistics":
+            return write_regression(folder / "statistics.safetensors", SCORED_AT[False])
+        return None if method.scorer is None else scorer(method.scorer)
 
     return make
 
@@ -96,7 +103,7 @@ def created(weights):
         method = registry.find(identifier).method
         resize = {"resize": {"side": "long", "pixels": SCORED_AT[method.scorer is not None]}}
         values = resize if "resize" in method.settings.model_fields else {}
-        resources = Resources(None if method.scorer is None else weights(method.scorer))
+        resources = Resources(weights(identifier))
         selector = method.build(registry.create_settings(identifier, values), resources)
         representation = splats()
         if isinstance(selector, PreparesRepresentation):

@@ -21,6 +21,7 @@ VIEWS = EPISODE.replace("/episode.json", "/views.json")
 MADE = {
     "scorer_train": f"{RESULTS}/scorer/{{name}}/weights.safetensors",
     "niqe_fit": f"{RESULTS}/parameters/{{name}}.safetensors",
+    "statistics_fit": f"{RESULTS}/parameters/{{name}}.safetensors",
 }
 
 

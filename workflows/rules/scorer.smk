@@ -1,4 +1,5 @@
-# Cross-reference scorers: renderings of training scenes with their SSIM maps, then the training of each scorer on them.
+# Renderings of training scenes with their SSIM maps; the training of each cross-reference scorer on them, and the fit of
+# regressions on plain statistics.
 
 from avs.config.configuration import scorer_of
 from avs.iqa.cross_reference.backbone_weights import initial_weights
@@ -90,5 +91,29 @@ rule scorer_train:
         "training of the scorer {wildcards.scorer}"
     shell:
         "{AVS} --made-of {params.made_of} scorer_train"
+        " {params.training} {params.held_out} --settings {input.settings}"
+        " --weights {output.weights} --card {output.card} --log {log}"
+
+
+rule statistics_fit:
+    input:
+        training=training_distortions,
+        held_out=held_out_distortions,
+        settings=f"{RESULTS}/settings/statistics_fit.json",
+        code=sources("avs.iqa.render_statistics.regression_fit"),
+    output:
+        weights=f"{RESULTS}/parameters/statistics.safetensors",
+        card=f"{RESULTS}/parameters/statistics.card.json",
+    log:
+        f"{LOGS}/parameters/statistics.log",
+    priority: 2
+    params:
+        made_of=made_of,
+        training=training_options,
+        held_out=held_out_options,
+    message:
+        "regressions of SSIM on plain statistics of renderings"
+    shell:
+        "{AVS} --made-of {params.made_of} statistics_fit"
         " {params.training} {params.held_out} --settings {input.settings}"
         " --weights {output.weights} --card {output.card} --log {log}"

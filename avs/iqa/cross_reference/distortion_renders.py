@@ -9,6 +9,7 @@ import numpy as np
 
 from avs.iqa.cross_reference.distortions import CodedMap, Distortions, Image, Moment, coded, write_distortions
 from avs.iqa.cross_reference.scorer_settings import RenderJob, RenderSettings
+from avs.iqa.render_statistics.view_geometry import VIEW_GEOMETRY, FloatArray, view_geometry
 from avs.representations import kinds
 from avs.representations.base import Representation
 from avs.scene.cameras import Cameras, IndexArray
@@ -62,15 +63,18 @@ def collect(scene: Scene, build: SeededBuilder, settings: RenderSettings, seed: 
     maps: list[CodedMap] = []
     images: list[int] = []
     moment_of: list[int] = []
+    geometry: list[FloatArray] = []
     for run in range(settings.runs):
         for moment, representation, shown in _moments(decoded, scene, build, settings, seed, run):
-            rendered = _rendered(representation, photographs.cameras[shown])
+            captured = photographs.cameras[list(moment.captured)]
+            rendered, known = _rendered(representation, photographs.cameras[shown], captured)
             similarity = [ssim_map(image, photographs.images[i]) for image, i in zip(rendered, shown, strict=True)]
             renderings += rendered
             maps += [coded(values) for values in similarity]
             images += shown.tolist()
             moment_of += [len(moments)] * len(shown)
             moments.append(moment)
+            geometry.append(known)
             state = f"{len(moment.captured)} views, {moment.iteration} steps, SSIM {np.mean(similarity):.3f}"
             progress(f"{scene.name}, run {run + 1} of {settings.runs}: {state}")
     return Distortions(
@@ -82,6 +86,8 @@ def collect(scene: Scene, build: SeededBuilder, settings: RenderSettings, seed: 
         maps=tuple(maps),
         images=tuple(images),
         moment_of=tuple(moment_of),
+        geometry=np.concatenate(geometry),
+        centers=photographs.cameras.centers,
     )
 
 
@@ -108,10 +114,13 @@ def _capture_order(scene: Scene, rng: np.random.Generator) -> IndexArray:
     return np.concatenate([first, rng.permutation(np.setdiff1d(np.arange(count), first))])
 
 
-def _rendered(representation: Representation, cameras: Cameras) -> list[Image]:
-    """Return the 8-bit renderings of ``cameras``, in their order."""
+def _rendered(representation: Representation, cameras: Cameras, captured: Cameras) -> tuple[list[Image], FloatArray]:
+    """Return the 8-bit renderings of ``cameras``, in their order, and what is known of these views beside."""
     found: dict[int, Image] = {}
+    geometry = np.empty((len(cameras), len(VIEW_GEOMETRY)))
     for _, rows in cameras.by_size():
-        for row, rgb in zip(rows.tolist(), representation.render(cameras[rows]).rgb, strict=True):
+        rendering = representation.render(cameras[rows])
+        geometry[rows] = view_geometry(rendering, cameras[rows], captured)
+        for row, rgb in zip(rows.tolist(), rendering.rgb, strict=True):
             found[row] = np.round(np.clip(rgb, 0.0, 1.0) * 255.0).astype(np.uint8)
-    return [found[row] for row in range(len(cameras))]
+    return [found[row] for row in range(len(cameras))], geometry

@@ -2,8 +2,9 @@
 
 One safetensors file holds all that training needs of a scene: ``photograph/<i>`` ``[height, width, 3]`` uint8, image
 number i of the scene; ``rendering/<j>`` likewise; ``ssim/<j>`` ``[height, width]`` uint16, (SSIM + 1) * 32767 as in
-CrossScore's data; and a header of JSON: the moments of the reconstruction, and for each rendering its image and its
-moment.
+CrossScore's data; ``geometry`` ``[renderings, 5]`` float64, what is known of each view beside its pixels; ``centers``
+``[photographs, 3]`` float64, where the cameras stand; and a header of JSON: the moments of the reconstruction, and for
+each rendering its image and its moment.
 """
 
 from __future__ import annotations
@@ -16,16 +17,18 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, ValidationError
 
+from avs.iqa.render_statistics.view_geometry import VIEW_GEOMETRY
 from avs.system.errors import UserError
 from avs.system.models import StrictModel
 from avs.system.tensor_files import read_tensors, write_tensors
 
-_FORMAT = "avs-renders-1"
+_FORMAT = "avs-renders-2"
 _REMEDY = "delete it and make the renderings again"
 _MAP_SCALE = 32767.0
 
 Image = npt.NDArray[np.uint8]
 CodedMap = npt.NDArray[np.uint16]
+FloatArray = npt.NDArray[np.float64]
 
 
 class Moment(StrictModel):
@@ -44,6 +47,7 @@ class _Header(StrictModel):
     moments: tuple[Moment, ...]
     images: tuple[int, ...]
     moment_of: tuple[int, ...]
+    geometry: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -59,6 +63,8 @@ class Distortions:
         maps: ``[height, width]`` uint16 each, the coded SSIM map of each rendering; see ``decoded``.
         images: for each rendering the number of its photograph.
         moment_of: for each rendering the number of its moment.
+        geometry: ``[renderings, 5]`` finite, see ``avs.iqa.render_statistics.view_geometry``.
+        centers: ``[photographs, 3]`` finite, camera centres in scene units.
     """
 
     scene: str
@@ -69,10 +75,23 @@ class Distortions:
     maps: tuple[CodedMap, ...]
     images: tuple[int, ...]
     moment_of: tuple[int, ...]
+    geometry: FloatArray
+    centers: FloatArray
 
     def __len__(self) -> int:
         """Return the number of renderings."""
         return len(self.renderings)
+
+    @property
+    def candidates(self) -> npt.NDArray[np.bool_]:
+        """``[renderings]``: whether the view had not been captured at the moment, so that it could have been chosen."""
+        pairs = zip(self.images, self.moment_of, strict=True)
+        return np.array([image not in self.moments[moment].captured for image, moment in pairs])
+
+    @property
+    def similarity(self) -> FloatArray:
+        """``[renderings]``: the true SSIM of each, mean over its pixels of the decoded map."""
+        return np.array([decoded(code).mean(dtype=np.float64) for code in self.maps])
 
 
 def coded(similarity: npt.NDArray[np.float64]) -> CodedMap:
@@ -96,10 +115,12 @@ def write_distortions(path: Path, data: Distortions) -> None:
         moments=data.moments,
         images=data.images,
         moment_of=data.moment_of,
+        geometry=VIEW_GEOMETRY,
     )
     arrays: dict[str, npt.NDArray[Any]] = {f"photograph/{i}": image for i, image in enumerate(data.photographs)}
     arrays |= {f"rendering/{j}": image for j, image in enumerate(data.renderings)}
     arrays |= {f"ssim/{j}": code for j, code in enumerate(data.maps)}
+    arrays |= {"geometry": data.geometry, "centers": data.centers}
     write_tensors(path, arrays, "header", header.model_dump(mode="json"))
 
 
@@ -121,6 +142,8 @@ def read_distortions(path: Path) -> Distortions:
             maps=tuple(cast(CodedMap, arrays[f"ssim/{j}"]) for j in range(len(header.images))),
             images=header.images,
             moment_of=header.moment_of,
+            geometry=cast(FloatArray, arrays["geometry"]),
+            centers=cast(FloatArray, arrays["centers"]),
         )
     except ValidationError as error:
         fault = "not distortion data of this program (its header is missing or damaged)"
@@ -129,6 +152,8 @@ def read_distortions(path: Path) -> Distortions:
         raise UserError(path, f"not distortion data of this program ({error.args[0]} is missing)", _REMEDY) from error
     if header.format != _FORMAT:
         raise UserError(path, f"format {header.format!r}, expected {_FORMAT!r}", _REMEDY)
+    if header.geometry != VIEW_GEOMETRY:
+        raise UserError(path, "tells other things of its views than this program reads", _REMEDY)
     _check(path, data)
     return data
 
@@ -147,5 +172,9 @@ def _check(path: Path, data: Distortions) -> None:
         or not all(0 <= number < len(data.photographs) for number in numbers)
         or len(data.moment_of) != len(data.images)
         or not all(0 <= number < len(data.moments) for number in data.moment_of)
+        or data.geometry.shape != (len(data), len(VIEW_GEOMETRY))
+        or data.centers.shape != (len(data.photographs), 3)
+        or not np.isfinite(data.geometry).all()
+        or not np.isfinite(data.centers).all()
     ):
         raise UserError(path, "its renderings, photographs and moments do not fit together", _REMEDY)

@@ -72,16 +72,38 @@ class CrossReferenceScorer:
         Raises:
             ValueError: an image has no reference, or the numbers of images and of lists differ.
         """
-        if len(references) != len(images) or not all(references):
+        if len(references) != len(images):
             raise ValueError("each image needs a list of at least one reference image")
+        parts = [self.compare(queries, [references[row] for row in rows]) for rows, queries in self._tokens(images)]
+        return np.concatenate(parts)
+
+    @torch.inference_mode()
+    def queries(self, images: Pixels) -> Tensor:
+        """Return the tokens of images, ``[n, rows, columns, channels]``, for ``compare``; all in one pass.
+
+        Args:
+            images: ``[n, height, width, 3]`` sRGB, uint8 or floats in 0..1.
+        """
+        batch = resized(to_tensor(images, self.device), self.resize)
+        tokens: Tensor = self.network.encode(batch.contiguous(memory_format=torch.channels_last))
+        return tokens
+
+    @torch.inference_mode()
+    def compare(self, queries: Tensor, references: Sequence[Sequence[Tensor]]) -> npt.NDArray[np.float32]:
+        """Return the predicted SSIM maps of images whose tokens are known, as ``maps`` does.
+
+        Raises:
+            ValueError: an image has no reference, or the numbers of images and of lists differ.
+        """
+        if len(references) != len(queries) or not all(references):
+            raise ValueError("each image needs a list of at least one reference image")
+        joined = [torch.cat(list(each)) for each in references]
+        together = len(queries) if self.device != "cpu" else max(1, _CACHED_TOKENS // len(joined[0]))
         predicted = []
-        for rows, queries in self._tokens(images):
-            joined = [torch.cat(list(references[row])) for row in rows]
-            together = len(rows) if self.device != "cpu" else max(1, _CACHED_TOKENS // len(joined[0]))
-            for start in range(0, len(rows), together):
-                part = slice(start, start + together)
-                values = self.network.predict(queries[part], *_stacked(joined[part]))
-                predicted.append(values.float().cpu().numpy())
+        for start in range(0, len(queries), together):
+            part = slice(start, start + together)
+            values = self.network.predict(queries[part], *_stacked(joined[part]))
+            predicted.append(values.float().cpu().numpy())
         return np.concatenate(predicted)
 
     def score(self, images: Pixels, references: Sequence[Sequence[Tensor]]) -> npt.NDArray[np.float64]:
@@ -93,8 +115,7 @@ class CrossReferenceScorer:
         """Yield the rows of each batch and their tokens ``[b, rows, columns, channels]``."""
         for start in range(0, len(images), self.batch):
             rows = range(start, min(start + self.batch, len(images)))
-            batch = resized(to_tensor(images[rows.start : rows.stop], self.device), self.resize)
-            yield rows, self.network.encode(batch.contiguous(memory_format=torch.channels_last))
+            yield rows, self.queries(images[rows.start : rows.stop])
 
 
 def _stacked(references: list[Tensor]) -> tuple[Tensor, Tensor | None]:

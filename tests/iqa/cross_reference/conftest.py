@@ -7,6 +7,7 @@ import torch
 from avs.iqa.cross_reference.distortions import Distortions, Moment, coded
 from avs.iqa.cross_reference.network import build_network
 from avs.iqa.cross_reference.scorer_settings import RepViTSettings
+from avs.iqa.render_statistics.view_geometry import VIEW_GEOMETRY
 from metrics.image import ssim_map
 
 
@@ -49,6 +50,8 @@ def toy_distortions(name, seed, side=56, photographs=8):
         maps=tuple(maps),
         images=tuple(images),
         moment_of=tuple(moment_of),
+        geometry=rng.normal(size=(len(renderings), len(VIEW_GEOMETRY))),
+        centers=rng.normal(size=(photographs, 3)),
     )
 
 

@@ -7,6 +7,7 @@ from factories import MeanColor, small_scene
 from avs.iqa.cross_reference.distortion_renders import collect
 from avs.iqa.cross_reference.distortions import decoded
 from avs.iqa.cross_reference.scorer_settings import RenderSettings
+from avs.iqa.render_statistics.view_geometry import VIEW_GEOMETRY
 from avs.system.errors import UserError
 from metrics.image import ssim_map
 
@@ -51,6 +52,17 @@ def test_maps_are_those_of_the_renderings(scene):
     for rendering, code, image in zip(data.renderings, data.maps, data.images, strict=True):
         expected = ssim_map(rendering, data.photographs[image]).clip(0, 1)
         np.testing.assert_allclose(decoded(code), expected, atol=1 / 32767)
+
+
+def test_geometry_is_that_of_the_views_captured_so_far(scene):
+    data, _ = _collect(scene)
+    centers = scene.cameras.centers
+    np.testing.assert_array_equal(data.centers, centers)
+    for row, image, m in zip(data.geometry, data.images, data.moment_of, strict=True):
+        nearest = np.linalg.norm(centers[list(data.moments[m].captured)] - centers[image], axis=1).min()
+        known = dict(zip(VIEW_GEOMETRY, row, strict=True))
+        assert known["distance"] == pytest.approx(nearest)
+        assert known["opacity"] == 1  # MeanColor's
 
 
 def test_same_seed_gives_the_same_data(scene):

@@ -1,0 +1,102 @@
+"""Which methods of a run score the renderings of held-out scenes, and what the jobs that let them do so are told."""
+
+from __future__ import annotations
+
+from avs.config.method_weights import absent_methods, is_program
+from avs.config.report_jobs import ScorerTableJob
+from avs.config.run_config import Config
+from avs.config.scenes import scenes_in
+from avs.iqa.cross_reference.scorer_settings import BACKBONE_OF
+from avs.iqa.held_out.held_out_settings import (
+    STATISTICS,
+    HeldOutJob,
+    ScoredMetric,
+    ScoredNetwork,
+    ScorerEvaluationSettings,
+)
+from avs.iqa.render_statistics.regression_settings import RegressionSettings
+from avs.selection import registry
+
+
+def held_out_scenes(config: Config) -> dict[str, tuple[str, ...]]:
+    """Return the held-out scenes on which scorers are measured, by data set; none where there is nothing to measure.
+
+    A run that neither trains nor uses a scorer of its own makes no distortion data for the sake of a table.
+    """
+    if config.distortions is None or config.scorer_evaluation is None:
+        return {}
+    absent = absent_methods(config)
+    learned = [name for name in _rows(config) if not registry.find(name).method.assesses_images and name not in absent]
+    return {name: tuple(scenes_in(config.datasets[name])) for name in config.distortions.held_out if learned}
+
+
+def other_scene(config: Config, dataset: str, scene: str) -> tuple[str, str]:
+    """Return data set and name of the scene whose photographs stand in for those of a wrong scene.
+
+    It is the next held-out one, or the first that trains where there is but one.
+    """
+    assert config.distortions is not None
+    held_out = [(name, each) for name, scenes in held_out_scenes(config).items() for each in scenes]
+    if len(held_out) > 1:
+        return held_out[(held_out.index((dataset, scene)) + 1) % len(held_out)]
+    first = config.distortions.training[0]
+    return first, next(iter(scenes_in(config.datasets[first])))
+
+
+def held_out_methods(config: Config) -> tuple[str, ...]:
+    """Return the methods that score held-out renderings, in the order of the table."""
+    absent = absent_methods(config)
+    return tuple(name for name in _rows(config) if name not in absent)
+
+
+def held_out_job(config: Config) -> HeldOutJob:
+    """Return what the job of a held-out scene reads."""
+    methods = held_out_methods(config)
+    found = {name: registry.find(name).method for name in methods}
+    return HeldOutJob(
+        device=config.device,
+        evaluation=config.scorer_evaluation or ScorerEvaluationSettings(),
+        networks=tuple(_network(config, name) for name in methods if found[name].scorer is not None),
+        metrics=tuple(
+            ScoredMetric(method=name, selector=config.selectors.get(name, {}))
+            for name in methods
+            if found[name].assesses_images
+        ),
+        statistics=regression_settings(config) if STATISTICS in methods else None,
+    )
+
+
+def scorer_table_job(config: Config) -> ScorerTableJob:
+    """Return what the table reads."""
+    rows, absent = _rows(config), absent_methods(config)
+    return ScorerTableJob(
+        scenes=held_out_scenes(config),
+        methods=rows,
+        absent={name: absent[name] for name in rows if name in absent},
+    )
+
+
+def regression_settings(config: Config) -> RegressionSettings:
+    """Return what the regressions on render statistics read."""
+    settings = registry.create_settings(STATISTICS, config.selectors.get(STATISTICS, {}))
+    return RegressionSettings.model_validate(settings.model_dump(include=set(RegressionSettings.model_fields)))
+
+
+def _rows(config: Config) -> tuple[str, ...]:
+    """Return the methods that have rows: of those with one scorer the first, metrics, and the regressions."""
+    found: dict[str, str] = {}
+    for name in config.methods:
+        if is_program(name):
+            continue
+        method = registry.find(name).method
+        if method.scorer is not None or method.assesses_images or name == STATISTICS:
+            found.setdefault(method.scorer or name, name)
+    return tuple(found.values())
+
+
+def _network(config: Config, name: str) -> ScoredNetwork:
+    scorer = registry.find(name).method.scorer
+    assert scorer is not None  # held_out_job has looked
+    settings = registry.create_settings(name, config.selectors.get(name, {}))
+    told = settings.model_dump(include={"references", "resize", "precision"})
+    return ScoredNetwork.model_validate({"method": name, "backbone": BACKBONE_OF[scorer], **told})
