@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,7 +15,7 @@ from avs.iqa.cross_reference.scorer_settings import BACKBONE_OF, PUBLISHED, Prec
 from avs.iqa.resizing import ResizeSettings
 from avs.scene.views import Views
 from avs.selection.batched_rendering import render_candidates
-from avs.selection.contract import Method, Resources, Settings, State
+from avs.selection.contract import Method, Resources, Selection, Settings, State
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -90,6 +90,64 @@ class CrossReferenceSelector:
         return [some + black * (count - len(some)) for some in chosen]
 
 
+class DiverseSettings(CrossReferenceSettings):
+    """Settings of the cross-reference method that discounts neighbours."""
+
+    near: float = Field(
+        default=0.5,
+        gt=0,
+        le=1,
+        description="share of the candidates that counts as near to a captured view, each of which is discounted in "
+        "proportion to its distance; 1 weights all of them by it",
+    )
+
+
+class DiverseSelector(CrossReferenceSelector):
+    """Highest predicted lack of quality, 1 less the predicted SSIM, discounted near captured and chosen views."""
+
+    def __init__(self, settings: DiverseSettings, scorer: CrossReferenceScorer, notes: tuple[str, ...] = ()) -> None:
+        """Select with a scorer."""
+        super().__init__(settings, scorer, notes)
+        self._near = settings.near
+
+    def select(self, state: State, k: int) -> Selection:
+        """Choose greedily: for each further candidate, those chosen before it count as captured."""
+        captured = state.captured.cameras.centers
+        return discounted(1.0 - self.score(state), state.candidates.centers, captured, self._near, k)
+
+
+def discounted(
+    lack: npt.NDArray[np.float64],
+    candidates: npt.NDArray[np.float64],
+    captured: npt.NDArray[np.float64],
+    near: float,
+    k: int,
+) -> Selection:
+    """Choose the ``k`` highest of ``lack``, each times its distance to the nearest view that there is by then.
+
+    Distances are in units of their quantile ``near`` at the start, and at most 1: a camera at the place of a captured
+    one has the score 0, one that is farther off than that quantile keeps its lack of quality.
+
+    Args:
+        lack: ``[n]``, not negative.
+        candidates: ``[n, 3]`` camera centres.
+        captured: ``[m, 3]`` camera centres, m >= 1.
+        near: in 0..1, more than 0.
+        k: how many, 1 <= k <= n.
+    """
+    apart = np.linalg.norm(candidates[:, None] - captured[None], axis=2).min(axis=1)
+    unit = max(float(np.quantile(apart, near)), float(np.finfo(np.float64).tiny))
+    scores = lack * np.minimum(apart / unit, 1.0)
+    chosen: list[int] = []
+    left = scores.copy()
+    for _ in range(k):
+        chosen.append(int(np.argmax(left)))
+        apart = np.minimum(apart, np.linalg.norm(candidates - candidates[chosen[-1]], axis=1))
+        left = lack * np.minimum(apart / unit, 1.0)
+        left[chosen] = -np.inf
+    return Selection(np.array(chosen, dtype=np.int64), scores)
+
+
 def _rows(state: State, settings: ReferenceSettings) -> Iterable[npt.NDArray[np.int64]]:
     """Yield for each candidate the captured views that it is compared with."""
     captured = state.captured.cameras.centers
@@ -101,8 +159,14 @@ def _rows(state: State, settings: ReferenceSettings) -> Iterable[npt.NDArray[np.
         yield order[: settings.count]
 
 
-def _build(name: str, label: str, settings: CrossReferenceSettings, resources: Resources) -> CrossReferenceSelector:
-    """Return a selector with the weights of the scorer ``name``, from ``resources.weights``.
+def _build(
+    name: str,
+    label: str,
+    settings: CrossReferenceSettings,
+    resources: Resources,
+    kind: Callable[..., CrossReferenceSelector] = CrossReferenceSelector,
+) -> CrossReferenceSelector:
+    """Return a selector of a kind with the weights of the scorer ``name``, from ``resources.weights``.
 
     Raises:
         UserError: the weights are damaged, or of another architecture.
@@ -115,7 +179,7 @@ def _build(name: str, label: str, settings: CrossReferenceSettings, resources: R
     assert path is not None  # Method.selector sees to it
     network = load_network(path, BACKBONE_OF[name])
     scorer = CrossReferenceScorer(network, settings.resize, settings.batch, resources.device, settings.precision)
-    return CrossReferenceSelector(settings, scorer, () if is_archive(path) else (_note(name, label, path),))
+    return kind(settings, scorer, () if is_archive(path) else (_note(name, label, path),))
 
 
 def _note(name: str, label: str, path: Path) -> str:
@@ -143,6 +207,19 @@ METHODS = {
         settings=CrossReferenceSettings,
         scorer="lite0",
         proposed=True,
+    ),
+    "ours-diverse": Method(
+        label="Ours-EfficientNet-Lite0, diverse",
+        group="2D-based",
+        source=(
+            "Beyond the paper: 1 less the SSIM that Ours-EfficientNet-Lite0 predicts, times the distance of a "
+            "candidate's camera to the nearest captured or chosen one where it is nearer than half of the candidates "
+            "are. The paper's rule has nothing against the neighbours of a view that it has just captured."
+        ),
+        chooses="highest",
+        build=partial(_build, "lite0", "Ours-EfficientNet-Lite0, diverse", kind=DiverseSelector),
+        settings=DiverseSettings,
+        scorer="lite0",
     ),
     "ours-repvit": Method(
         label="Ours-RepViT",

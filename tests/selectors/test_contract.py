@@ -36,7 +36,7 @@ IDENTIFIERS = {
         "gauss-mi",
     ),
     *("brisque", "niqe", "piqe", "nima", "musiq", "maniqa", "tres", "topiq", "ours-repvit", "ours-dinov2"),
-    *("ours-lite0", "statistics"),
+    *("ours-lite0", "ours-diverse", "statistics"),
     *("oracle-ssim", "oracle-psnr", "oracle-gain"),
 }
 RENDERS_ONLY = ("2D-based", "Geometric")

@@ -15,7 +15,13 @@ from avs.iqa.cross_reference.training_facts import TrainingFacts
 from avs.representations.base import Rendering
 from avs.selection import registry
 from avs.selection.contract import Resources
-from avs.selectors.cross_reference import CrossReferenceSelector, CrossReferenceSettings
+from avs.selectors.cross_reference import (
+    CrossReferenceSelector,
+    CrossReferenceSettings,
+    DiverseSelector,
+    DiverseSettings,
+    discounted,
+)
 from avs.system.errors import UserError
 from avs.system.weights.cache import VARIABLE
 
@@ -200,3 +206,38 @@ def test_the_map_of_a_candidate_comes_from_the_photographs_that_its_score_came_f
         assert found.shape == (8, 12)
         np.testing.assert_allclose(found, scores[row], rtol=1e-6)
         assert scorer.references[-1] == asked[row]
+
+
+LINE = np.array([[0.1, 0, 0], [1, 0, 0], [1.1, 0, 0], [3, 0, 0], [4, 0, 0]])
+ORIGIN = np.zeros((1, 3))
+
+
+def test_lack_of_quality_is_discounted_near_captured_views_alone():
+    found = discounted(np.full(5, 0.8), LINE, ORIGIN, near=0.5, k=1)
+    np.testing.assert_allclose(found.scores, 0.8 * np.array([0.1 / 1.1, 1 / 1.1, 1, 1, 1]))
+    assert found.indices.tolist() == [2]
+
+
+def test_a_chosen_view_counts_as_captured():
+    lack = np.array([0.9, 0.8, 0.7, 0.3, 0.2])
+    found = discounted(lack, LINE, ORIGIN, near=0.5, k=5)
+    assert found.indices.tolist() == [1, 3, 4, 0, 2]  # the second worst stands beside the first, and waits
+    assert found.scores[1] == max(found.scores)
+
+
+def test_a_view_at_a_captured_place_comes_last():
+    found = discounted(np.array([0.9, 0.1]), np.array([[0.0, 0, 0], [1, 0, 0]]), ORIGIN, near=1.0, k=2)
+    assert found.indices.tolist() == [1, 0]
+    assert found.scores[0] == 0
+
+
+def test_candidates_at_captured_places_only_are_taken_in_order():
+    assert discounted(np.ones(3), np.zeros((3, 3)), ORIGIN, near=0.5, k=3).indices.tolist() == [0, 1, 2]
+
+
+def test_diverse_scores_are_the_networks_scores_discounted():
+    state = make_state()
+    selection = selected("ours-diverse", DiverseSelector(DiverseSettings(near=1.0), Brightness()), state, 2)
+    own = make_selector(Brightness()).score(state)
+    apart = np.linalg.norm(state.candidates.centers[:, None] - state.captured.cameras.centers, axis=2).min(axis=1)
+    np.testing.assert_allclose(selection.scores, (1 - own) * apart / apart.max())
