@@ -107,6 +107,7 @@ def active_slam(
     absent: Mapping[str, Reason] = MappingProxyType({}),
 ) -> Document:
     """Return the table: one group of rows for each building, the paper's values beside those that it has."""
+    explorations = _with_gaps(explorations, buildings, methods)
     paper = read_published(published).values
     columns = tuple(
         Column(metric, "published, Gibson" if metric.identifier in _PAPER else None) for metric, _ in _COLUMNS
@@ -125,6 +126,17 @@ def active_slam(
         listing=Listing(FIELDS, tuple(listed)),
         appendices={"_per_run": _per_run(explorations), "_curves": _curves(explorations)},
     )
+
+
+def _with_gaps(explorations: Explorations, buildings: Sequence[str], methods: Sequence[str]) -> Explorations:
+    """Return the explorations with those told as missing that a method lacks though others have that seed."""
+    lacking = {}
+    for building in buildings:
+        seeds = {place[2] for place in explorations.cells if place[0] == building}
+        for method in methods:
+            own = {record.seed for record in explorations.of(building, method)}
+            lacking |= {(building, method, seed): "no record" for seed in sorted(seeds - own) if own}
+    return replace(explorations, missing={**lacking, **explorations.missing})
 
 
 def _cells(
