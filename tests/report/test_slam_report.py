@@ -173,7 +173,7 @@ def test_a_mean_of_fewer_seeds_than_others_have_says_so_and_has_no_rank(tmp_path
     paths = [write(tmp_path, seed=seed) for seed in (0, 1)] + [write(tmp_path, method="fisherrf", scr=0.9)]
     rows, document = rows_of(paths, ["nearest", "fisherrf"])
     assert rows["flat", "FisherRF"].cells[0].rank is None
-    assert document.caption[0] == "Incomplete: 1 of 3 explorations is missing."
+    assert document.caption[0] == "Incomplete: 1 of 4 explorations is missing."
     assert "FisherRF in flat, seed 1: no record" in document.notes
     assert "FisherRF in flat: mean of seed 0 only, not to be ranked" in document.notes
 

@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from avs.report.collect_explorations import Explorations, read_explorations
+from avs.report.collect_explorations import Explorations, Place, read_explorations
 from avs.report.document import Cell, Column, Document, Group, Listing, Row
 from avs.report.formats.numbers import EXTRA_DECIMALS, plain
 from avs.report.formats.writing import write_document
@@ -130,7 +130,7 @@ def active_slam(
 
 def _with_gaps(explorations: Explorations, buildings: Sequence[str], methods: Sequence[str]) -> Explorations:
     """Return the explorations with those told as missing that a method lacks though others have that seed."""
-    lacking = {}
+    lacking: dict[Place, str] = {}
     for building in buildings:
         seeds = {place[2] for place in explorations.cells if place[0] == building}
         for method in methods:
