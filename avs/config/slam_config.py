@@ -16,7 +16,7 @@ from avs.system.models import Different, Seed, StrictModel
 from avs.system.reasons import Reason
 
 BuildingName = Annotated[str, Field(pattern=r"^[a-z0-9_]+$")]
-MethodName = Annotated[str, Field(pattern=r"^[a-z0-9-]+$")]
+MethodName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]*$")]
 
 
 class ApartmentBuilding(StrictModel):

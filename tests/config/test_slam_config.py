@@ -63,7 +63,10 @@ def test_the_defaults_are_the_released_constants():
     [
         ({"methods": {"x": {"kind": "nonsense"}}}, "kind"),
         ({"methods": {"Bad Name": {"kind": "nearest"}}}, "Bad Name"),
+        ({"methods": {"-x": {"kind": "nearest"}}}, "-x"),
         ({"robot": {"exploration": {"stepz": 3}}}, "stepz"),
+        ({"robot": {"camera": {"above_floor": 1.8}}}, "higher than agent.height"),
+        ({"robot": {"exploration": {"occupancy": {"low": 2}}}}, "nothing is an obstacle"),
         ({"seeds": [0, 0]}, "twice"),
         ({"methods": {"x": {"kind": "selector", "method": "farthes"}}}, "did you mean farthest"),
         ({"methods": {"x": {"kind": "selector", "method": "activenerf"}}}, "learned_variance"),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from pydantic import Field, NonNegativeFloat, NonNegativeInt, PositiveFloat, PositiveInt
+from typing import Self
+
+from pydantic import Field, NonNegativeFloat, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
 
 from avs.system.models import StrictModel
 
@@ -18,6 +20,12 @@ class OccupancySettings(StrictModel):
     gaussians: PositiveInt | None = Field(
         default=25, description="cells with more Gaussians than this between these heights are not free; null: no limit"
     )
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        if self.low >= self.high:
+            raise ValueError("low must be less than high, or nothing is an obstacle")
+        return self
 
 
 class FrontierSettings(StrictModel):

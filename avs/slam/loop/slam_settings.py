@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from pydantic import Field
+from typing import Self
+
+from pydantic import Field, model_validator
 
 from avs.slam.building.robot_camera import CameraSettings
 from avs.slam.building.simulator_settings import SimulatorSettings
@@ -27,6 +29,12 @@ class RobotSettings(StrictModel):
     mapper: MapperSettings = Field(default=RELEASED_MAPPING, description="how the map is made")
     exploration: ExplorationSettings = Field(default=ExplorationSettings(), description="where it goes")
     evaluation: EvaluationSettings = Field(default=EvaluationSettings(), description="what is measured")
+
+    @model_validator(mode="after")
+    def _camera_on_the_body(self) -> Self:
+        if self.camera.above_floor > self.agent.height:
+            raise ValueError("camera.above_floor is higher than agent.height, so that it would pass through things")
+        return self
 
 
 class SlamSettings(RobotSettings):
