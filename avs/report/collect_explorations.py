@@ -36,8 +36,13 @@ class Explorations:
         return [record for place, record in sorted(self.cells.items()) if place[:2] == (building, method)]
 
     def label(self, method: str) -> str:
-        """Return the printed name of a method, its identifier where it has no record."""
-        return next((record.label for place, record in self.cells.items() if place[1] == method), method)
+        """Return the printed name of a method, its identifier where it has no record.
+
+        Where several have the same, such as one method with two settings, its identifier is beside it.
+        """
+        labels = {place[1]: record.label for place, record in self.cells.items()}
+        label = labels.get(method, method)
+        return f"{label} ({method})" if list(labels.values()).count(label) > 1 else label
 
     def ranked(self, method: str) -> bool:
         """Return whether a method competes."""

@@ -36,7 +36,20 @@ LABELS = {
 }
 
 
-def write(folder, building="flat", method="nearest", seed=0, scr=0.5, steps=100, digest="a" * 64, seconds=1.0, **more):
+def write(
+    folder,
+    building="flat",
+    method="nearest",
+    seed=0,
+    scr=0.5,
+    steps=100,
+    digest="a" * 64,
+    seconds=1.0,
+    area=10.0,
+    start=(1, 1, 0, 0),
+    label=None,
+    **more,
+):
     """Write the records of an exploration, and return the path of the first."""
     kind = method if method in ("nearest", "oracle", "fisherrf") else "nearest"
     settings = SlamSettings.model_validate({"scorer": {"kind": kind}, "exploration": {"steps": steps}, **more})
@@ -54,8 +67,8 @@ def write(folder, building="flat", method="nearest", seed=0, scr=0.5, steps=100,
         frontier_of=[0, 0], endpoint_scores=None, paths=[path], chosen=0, executed=2,
     )  # fmt: skip
     record = ExplorationRecord(
-        building=building, building_hash=digest, method=method, label=LABELS[method], seed=seed,
-        settings=settings.model_dump(mode="json"), start=(1, 1, 0, 0), floor_area=10.0, surface_points=4, steps=steps,
+        building=building, building_hash=digest, method=method, label=label or LABELS[method], seed=seed,
+        settings=settings.model_dump(mode="json"), start=start, floor_area=area, surface_points=4, steps=steps,
         ended="all actions were done", notes=["a note"], decisions=[decision], curve=points, final=final,
     )  # fmt: skip
     meta = ExplorationMeta(
@@ -90,6 +103,22 @@ def test_seeds_have_a_mean_and_a_spread_and_the_oracle_no_rank(tmp_path):
     assert (cell.value, cell.rank) == (pytest.approx(50.0), 1)
     assert cell.spread == pytest.approx(np.std([40, 60], ddof=1))
     assert rows["flat", "Greedy oracle"].cells[0].rank is None
+
+
+def test_means_over_different_storeys_are_told_of(tmp_path):
+    paths = [write(tmp_path, seed=seed, start=(1, seed, 0, 0), area=area) for seed, area in ((0, 10.0), (1, 20.0))]
+    _, document = rows_of(paths, ["nearest"])
+    assert any("flat: seeds start on different storeys (10.0, 20.0 square metres)" in note for note in document.notes)
+    assert "each with a start of its own" in document.caption[-1]
+    _, document = rows_of([write(tmp_path, seed=seed) for seed in (0, 1)], ["nearest"])
+    assert not any("storeys" in note for note in document.notes)
+    assert "not all with a start of their own" in document.caption[-1]
+
+
+def test_methods_of_one_name_are_told_apart(tmp_path):
+    paths = [write(tmp_path, method=method, label="FisherRF") for method in ("nearest", "fisherrf")]
+    rows, _ = rows_of([*paths, write(tmp_path, method="oracle")], ["nearest", "fisherrf", "oracle"])
+    assert {label for _, label in rows} == {"FisherRF (nearest)", "FisherRF (fisherrf)", "Greedy oracle"}
 
 
 def test_a_method_without_a_record_keeps_its_row(tmp_path):

@@ -34,11 +34,13 @@ Value = Callable[[ExplorationRecord, ExplorationMeta], float | None]
 
 _COLUMNS: tuple[tuple[Metric, Value], ...] = (
     (
-        Metric("scr_percent", "SCR", True, 2, "%", "visible surface within 5 cm of a Gaussian's centre"),
+        Metric("scr_percent", "SCR", True, 2, "%", "visible surface within the threshold of a Gaussian's centre"),
         lambda record, meta: 100 * record.final.scr_means,
     ),
     (
-        Metric("scr_fused_percent", "SCR (depth)", True, 2, "%", "visible surface within 5 cm of fused rendered depth"),
+        Metric(
+            "scr_fused_percent", "SCR (depth)", True, 2, "%", "visible surface within the threshold of rendered depth"
+        ),
         lambda record, meta: 100 * record.final.scr_fused,
     ),
     (
@@ -197,7 +199,10 @@ def _caption(explorations: Explorations) -> tuple[str, ...]:
         "included.",
     ]
     if len(seeds) > 1:
-        sentences.append("After the plus-minus sign: standard deviation over seeds, each with a start of its own.")
+        starts = {(place[0], record.start) for place, record in explorations.cells.items()}
+        own = len(starts) == len({place[::2] for place in explorations.cells})
+        told = "each with a start of its own" if own else "not all with a start of their own"
+        sentences.append(f"After the plus-minus sign: standard deviation over seeds, {told}.")
     return tuple(sentences)
 
 
@@ -216,8 +221,22 @@ def _gaps(explorations: Explorations) -> list[str]:
     return notes
 
 
+def _storeys(explorations: Explorations) -> list[str]:
+    """Return a note for each building in which seeds start on different storeys: their surfaces are not the same."""
+    areas: dict[str, dict[int, float]] = {}
+    for (building, _, seed), record in sorted(explorations.cells.items()):
+        areas.setdefault(building, {})[seed] = record.floor_area
+    told = {building: sorted(set(of.values())) for building, of in areas.items()}
+    return [
+        f"{building}: seeds start on different storeys ({', '.join(f'{area:.1f}' for area in found)} square metres), "
+        "so that means are over different surfaces and poses; slam.buildings.NAME.start fixes one"
+        for building, found in told.items()
+        if len(found) > 1
+    ]
+
+
 def _notes(explorations: Explorations, methods: Sequence[str]) -> list[str]:
-    notes = [note for record in explorations.cells.values() for note in record.notes]
+    notes = [note for record in explorations.cells.values() for note in record.notes] + _storeys(explorations)
     unranked = [explorations.label(method) for method in methods if not explorations.ranked(method)]
     if unranked:
         notes.append(f"{', '.join(unranked)}: knows the building; an upper reference without a rank")
