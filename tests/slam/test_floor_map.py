@@ -33,6 +33,13 @@ def test_the_floor_ends_a_radius_before_the_walls():
     assert found.floor_at(50.0, 1.5, 0.0) is None
 
 
+def test_a_mesh_with_a_stray_triangle_far_away_is_one_line():
+    with pytest.raises(UserError, match="is 100000 x 3 m wide"):
+        floor_of(
+            building([*box_faces((0, 0, 0), (4, 3, 2.5)), quad((1e5, 0, 0), (1e5, 1, 0), (1e5, 1, 1), (1e5, 0, 1))])
+        )
+
+
 def test_furniture_is_left_out_and_its_top_is_no_way_on():
     found = floor_of(room(things=[((1.5, 1.0, 0.0), (2.5, 2.0, 0.8))]))
     around = 3.8 * 2.8 - (1.2 * 1.2 - (4 - math.pi) * 0.01)

@@ -9,7 +9,7 @@ import torch
 from building_factory import room, textured
 from tolerances import SLAM_FISHER
 
-from avs.selection.contract import Method
+from avs.selection.contract import Method, Selection
 from avs.slam.building.robot_camera import CameraSettings, Pose, camera_at
 from avs.slam.building.simulator import Simulator
 from avs.slam.evaluation.seen_surface import SeenSurface, surface_samples
@@ -24,6 +24,7 @@ from avs.slam.scoring.path_scorer import Moment, Shortlist
 from avs.slam.scoring.path_settings import FisherPathSettings, SelectorPathSettings
 from avs.slam.scoring.plain_scorers import NearestScorer
 from avs.slam.scoring.selector_scorer import SelectorScorer
+from avs.system.errors import UserError
 
 CAMERA = CameraSettings(width=48, height=36)
 SIMULATOR = Simulator(textured(room()))
@@ -215,3 +216,15 @@ def test_the_oracle_goes_where_most_is_new(moment):
     assert np.allclose(
         scorer.score(moment, Shortlist(np.arange(3)), far) * 10, scorer.score(moment, Shortlist(np.arange(3)), even)
     )
+
+
+def test_a_method_that_leaves_views_unscored_is_refused(moment):
+    class Some:
+        def select(self, state, k):
+            scores = np.arange(len(state.names), dtype=np.float64)
+            return Selection(np.array([1]), scores, scored=np.arange(len(scores)) == 1)
+
+    method = Method("Some", "2D-based", "scores one view", "highest", lambda settings, resources: Some())
+    scorer = SelectorScorer(method, Some(), SelectorPathSettings(method="some"))
+    with pytest.raises(UserError, match="Some: does not score every view"):
+        scorer.score(moment, Shortlist(np.arange(3)), paths(moment))

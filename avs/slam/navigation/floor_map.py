@@ -20,6 +20,7 @@ _LAYERS = 24
 _BELOW = 0.01
 _STEEPEST = math.cos(math.radians(45))
 _ROOFED = 0.5
+_MOST_COLUMNS = 10_000_000
 
 
 @dataclass(frozen=True)
@@ -117,10 +118,14 @@ def find_floor(caster: Caster, box: tuple[FloatArray, FloatArray], agent: AgentS
         subject: what an error names.
 
     Raises:
-        UserError: the robot can stand nowhere.
+        UserError: the robot can stand nowhere, or the mesh is too wide to be searched.
     """
     low, high = (np.asarray(corner, np.float64) for corner in box)
     counts = np.maximum(np.ceil((high - low)[:2] / agent.cell).astype(int), 1)
+    if counts.prod() > _MOST_COLUMNS:
+        wide = " x ".join(f"{length:.0f}" for length in (high - low)[:2])
+        fault = f"is {wide} m wide, more than {_MOST_COLUMNS:,} cells of the map of the floor"
+        raise UserError(subject, fault, "remove stray triangles, check its unit (metres), or raise agent.cell")
     centres = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in counts), indexing="ij"), -1) * agent.cell + low[:2]
     heights, roofed = _surfaces(caster, centres.reshape(-1, 2), float(high[2]), agent)
     heights, roofed = _standing(caster, centres.reshape(-1, 2), heights, agent), roofed & ~np.isnan(heights)

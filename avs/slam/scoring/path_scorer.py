@@ -28,7 +28,7 @@ class Moment:
         tensors: the map.
         keyframes: the pictures that it was optimised on.
         camera: of the robot.
-        rng: generator for random choices; its state depends on the seed, the method and the decision alone.
+        rng: generator for random choices; its state depends on the building, the seed and the decision alone.
         decision: number of the decision, from 0.
     """
 

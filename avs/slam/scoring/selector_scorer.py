@@ -45,9 +45,11 @@ class SelectorScorer:
             step=moment.decision,
         )
         with untouched(self._method.label, state):
-            scores = select_views(self._method, self._selector, state, 1).scores
-        if scores is None:
-            raise UserError(f"method {self._method.label}", "has no scores", "choose another for the exploration")
+            selection = select_views(self._method, self._selector, state, 1)
+        scores = selection.scores
+        if scores is None or (selection.scored is not None and not selection.scored.all()):
+            fault = "does not score every view, so that paths cannot be compared"
+            raise UserError(f"method {self._method.label}", fault, "choose another for the exploration")
         signed = -scores if self._method.chooses == "lowest" else scores
         ends = np.cumsum([len(group) for group in groups])[:-1]
         return np.array([_AGGREGATES[self._settings.aggregate](part) for part in np.split(signed, ends)])
