@@ -42,13 +42,13 @@ def exploration(
 ) -> None:
     """Explore a building once; one that was killed goes on from its last checkpoint in the folder of its results."""
     with job(log) as console:
+        from avs.slam.loop.exploration_checkpoint import program_of
         from avs.slam.loop.exploration_run import run_exploration
         from avs.slam.loop.slam_settings import SlamSettings
-        from avs.system.code_inputs import sources, stamp
 
         limit_threads()
-        code = stamp(sources("avs.slam.loop.exploration_run"))
         told = read_settings(settings, SlamSettings)
+        code = program_of(told, weights)
         run_exploration(mesh, name, method, told, seed, weights, out, console.progress, code)
 
 

@@ -1,6 +1,7 @@
 """A whole exploration of two small rooms: its record, its determinism, a kill and its resumption, every chooser."""
 
 import json
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -13,9 +14,10 @@ from avs.slam.building.robot_camera import camera_at
 from avs.slam.evaluation.seen_surface import SeenSurface
 from avs.slam.evaluation.trajectory_error import absolute_trajectory_error
 from avs.slam.loop import exploration_run
+from avs.slam.loop.exploration_checkpoint import program_of
 from avs.slam.loop.exploration_loop import Exploration
 from avs.slam.loop.exploration_record import CoveragePoint, ExplorationRecord
-from avs.slam.loop.exploration_run import CHECKPOINT, curve_area, run_exploration
+from avs.slam.loop.exploration_run import CHECKPOINT, curve_area, farthest_kept, run_exploration
 from avs.slam.loop.robot_world import open_world
 from avs.slam.loop.slam_settings import SlamSettings
 from avs.slam.mapping import mapper
@@ -208,7 +210,7 @@ def test_a_robot_that_cannot_move_ends_with_a_note(tmp_path):
     more |= {"exploration": exploration}
     record = run(tmp_path / "cell.ply", tmp_path / "out", start=(0.5, 0.6, 0.0, 0.0), **more)
     assert record.steps < 110
-    assert "no frontier is left" in record.ended
+    assert "no frontier is left that can be reached" in record.ended
     assert any("ended after" in note for note in record.notes)
 
 
@@ -262,6 +264,59 @@ def test_an_exploration_is_shown_as_an_animation(mesh, tmp_path):
     with Image.open(tmp_path / "a.gif") as shown:
         assert shown.n_frames > 30
         assert shown.height == 180
+
+
+def test_another_mesh_makes_no_animation(mesh, tmp_path):
+    from avs.report.figures.slam_animation import write_slam_animation
+
+    run(mesh, tmp_path / "out", steps=10)
+    mesh.write_bytes(mesh.read_bytes() + b"\n")
+    with pytest.raises(UserError, match="is not the building that"):
+        write_slam_animation(*(tmp_path / "out" / name for name in ("exploration.json", "maps.safetensors")), mesh, "a")
+
+
+def test_a_program_is_that_of_the_method_and_of_its_weights(tmp_path):
+    def program(method, weights=None):
+        return program_of(settings({"kind": "selector", "method": method}), weights)
+
+    (tmp_path / "weights").write_bytes(b"one")
+    (tmp_path / "others").write_bytes(b"two")
+    told = [program("random"), program("farthest"), *(program("random", tmp_path / n) for n in ("weights", "others"))]
+    assert len(set(told)) == 4
+
+
+@pytest.mark.parametrize(
+    ("more", "note"),
+    [
+        ({"occupancy": {"cells": 60}}, "of the floor lies beyond the robot's grid of 3 m around its start"),
+        ({"occupancy": {"cells": 200}}, None),
+    ],
+)
+def test_a_grid_that_is_too_small_is_told_of(mesh, more, note):
+    notes = open_world(mesh, "rooms", settings(exploration=more), 0).notes
+    assert any(note in one for one in notes) if note else not notes
+
+
+def test_a_camera_that_sees_nothing_from_the_floor_is_one_line(tmp_path):
+    (tmp_path / "plane.ply").write_bytes(ply_bytes(*floor_alone()))
+    told = settings(
+        camera={"field_of_view": 20, "width": 64, "height": 48}, simulator={"frame": {"up": "z", "metres": 1}}
+    )
+    with pytest.raises(UserError, match="shows no surface to a level camera"):
+        open_world(tmp_path / "plane.ply", "plane", told, 0)
+
+
+def floor_alone():
+    made = building([quad((0, 0, 0), (3, 0, 0), (3, 3, 0), (0, 3, 0))])
+    return made.vertices, made.triangles
+
+
+def test_a_map_that_is_pruned_at_its_birth_is_told_of(mesh, tmp_path):
+    record = run(mesh, tmp_path / "out", steps=3, camera={"width": 16, "height": 12})
+    assert any("m from the camera are pruned as too large" in note for note in record.notes)
+    told = settings(mapper={"pruning": {"iterations": [70]}})
+    assert farthest_kept(1.0, told) == math.inf
+    assert farthest_kept(1.5, settings()) == pytest.approx(0.1 * 1.5 * 32)
 
 
 def test_a_tracked_robot_votes_and_plans_from_where_it_takes_itself_to_be(mesh, monkeypatch):

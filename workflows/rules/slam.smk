@@ -87,6 +87,13 @@ def slam_tables(wildcards):
 
 def exploration_tables(wildcards):
     """Return the table of explorations and their figures, for the target ``explore``."""
+    if not EXPLORING:
+        why = "; ".join(
+            f"{name}: {reason}" for name, reason in absent_explorers(settings).items()
+        )
+        sys.exit(
+            f"error: configuration: slam.methods: none can explore here ({why}); add one, such as nearest"
+        )
     maps = expand(
         f"{RESULTS}/figures/slam_maps_{{building}}.pdf",
         building=BUILDINGS,

@@ -19,7 +19,8 @@ from avs.slam.evaluation.top_view import CELL
 from avs.slam.loop.exploration_record import MAPS_HEADER, ExplorationRecord
 from avs.slam.loop.slam_settings import SlamSettings
 from avs.slam.mapping.gaussian_map import NAMES, MapTensors, map_seen
-from avs.system.files import atomic_path
+from avs.system.errors import UserError
+from avs.system.files import atomic_path, file_hash
 from avs.system.records import read_record
 from avs.system.tensor_files import read_tensors
 
@@ -46,9 +47,11 @@ def write_slam_animation(record: Path, maps: Path, mesh: Path, out: Path) -> Non
         out: the GIF.
 
     Raises:
-        UserError: a file is missing or damaged.
+        UserError: a file is missing or damaged, or the mesh is another one than was explored.
     """
     told = read_record(record, ExplorationRecord)
+    if file_hash(mesh) != told.building_hash:
+        raise UserError(mesh, f"is not the building that {record} explored", "run the exploration again")
     settings = SlamSettings.model_validate(told.settings)
     arrays = read_tensors(maps, MAPS_HEADER, "run the job that makes it again")[0]
     tensors: MapTensors = {name: Parameter(torch.from_numpy(arrays[name].copy())) for name in NAMES}

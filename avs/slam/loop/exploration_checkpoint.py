@@ -9,10 +9,14 @@ from typing import Any
 
 import numpy as np
 
+from avs.selection.registry import find
 from avs.slam.building.robot_camera import Pose
 from avs.slam.loop.exploration_loop import Exploration
 from avs.slam.loop.exploration_record import CoveragePoint, Decision
+from avs.slam.loop.slam_settings import SlamSettings
 from avs.slam.mapping.mapper_state import mapper_arrays, restore_mapper
+from avs.slam.scoring.path_settings import SelectorPathSettings
+from avs.system.code_inputs import sources, stamp
 from avs.system.errors import UserError
 from avs.system.tensor_files import read_tensors, write_tensors
 
@@ -20,7 +24,7 @@ _HEADER = "exploration"
 
 
 def save_exploration(path: Path, exploration: Exploration, code: str) -> None:
-    """Write a checkpoint atomically; ``code`` names the version of the program, see ``load_exploration``."""
+    """Write a checkpoint atomically; ``code`` is what ``program_of`` returns."""
     grid = exploration.grid
     arrays, mapper = mapper_arrays(exploration.mapper)
     arrays |= {
@@ -49,7 +53,7 @@ def save_exploration(path: Path, exploration: Exploration, code: str) -> None:
 def load_exploration(path: Path, exploration: Exploration, code: str) -> bool:
     """Put an exploration that has not begun into the state of a checkpoint; return whether there was one to go on from.
 
-    One that is damaged, or of another building, other settings, another seed or another program, is none.
+    One that is damaged, or of another building, seed or program, of other settings or weights, is none.
     """
     if not path.is_file():
         return False
@@ -76,8 +80,27 @@ def load_exploration(path: Path, exploration: Exploration, code: str) -> bool:
     return True
 
 
+def program_of(settings: SlamSettings, weights: Path | None) -> str:
+    """Return a digest of all that makes an exploration beside building, settings and seed.
+
+    That is the code, the module of a method of Task A that chooses its paths, and the file of its weights.
+    """
+    scorer = settings.scorer
+    own = [find(scorer.method).module] if isinstance(scorer, SelectorPathSettings) else []
+    files = sources("avs.slam.loop.exploration_run", *own)
+    return stamp(files if weights is None else [*files, str(weights)])
+
+
 def _made_of(exploration: Exploration, code: str) -> dict[str, Any]:
     settings = exploration.settings.model_dump(mode="json")
     return json.loads(  # type: ignore[no-any-return]
-        json.dumps({"code": code, "mesh": exploration.world.digest, "seed": exploration.seed, "settings": settings})
+        json.dumps(
+            {
+                "code": code,
+                "building": exploration.world.name,
+                "mesh": exploration.world.digest,
+                "seed": exploration.seed,
+                "settings": settings,
+            }
+        )
     )

@@ -123,7 +123,7 @@ class Exploration:
         start, before = time.perf_counter(), self.clocks.seconds["score"]
         moment, options = self.options(scorer)
         if options is None:
-            self.ended = "no frontier is left, and no place can be reached" if moment else "no frontier is left"
+            self.ended = "no frontier is left that can be reached, and no other place can be"
             return
         with self.clocks.of("score"):
             scores = np.asarray(scorer.score(moment, options.listed, options.paths), np.float64)

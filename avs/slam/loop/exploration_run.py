@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import astuple
 from pathlib import Path
@@ -9,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from avs.selection.contract import Resources
-from avs.slam.building.robot_camera import cameras_at
+from avs.slam.building.robot_camera import Pose, camera_at, cameras_at
 from avs.slam.evaluation.map_quality import coverage_of, fused_cloud, map_quality
 from avs.slam.evaluation.seen_surface import SeenSurface
 from avs.slam.evaluation.top_view import CELL, top_view
@@ -66,7 +67,7 @@ def run_exploration(
         weights: of the scorer that a method of Task A names, or None.
         out: folder of the results.
         progress: receives one line about each point of the curve.
-        code: names the version of the program; a checkpoint of another one is not gone on from.
+        code: names the version of the program and of the weights; a checkpoint of another one is not gone on from.
 
     Raises:
         UserError: the building, the start, the method or its weights are not as they need to be.
@@ -126,6 +127,13 @@ def _line(exploration: Exploration, scorer: PathScorer) -> str:
 def _record(exploration: Exploration, method: str, scorer: PathScorer, seed: int) -> ExplorationRecord:
     world, settings = exploration.world, exploration.settings
     notes = [f"{world.name}: {note}" for note in world.notes] + list(scorer.notes)
+    farthest = farthest_kept(exploration.mapper.radius, settings)
+    if farthest < settings.exploration.occupancy.reach:
+        notes.append(
+            f"{world.name}, seed {seed}: Gaussians that begin more than {farthest:.1f} m from the camera are pruned as "
+            f"too large, by mapper.pruning.scale and the {3 * exploration.mapper.radius:.1f} m that the first "
+            "picture reaches"
+        )
     if exploration.ended != BUDGET_SPENT:
         steps = f"after {exploration.step} of {settings.exploration.steps} actions"
         notes.append(f"{world.name}, {scorer.label}, seed {seed}: ended {steps}, because {exploration.ended}")
@@ -146,6 +154,18 @@ def _record(exploration: Exploration, method: str, scorer: PathScorer, seed: int
         curve=exploration.curve,
         final=_final(exploration, world, settings),
     )
+
+
+def farthest_kept(radius: float, settings: SlamSettings) -> float:
+    """Return the depth in metres beyond which a new Gaussian is larger than the pruning allows.
+
+    SplaTAM prunes by the ``radius`` that the first picture gives the scene. A start close to a wall makes it small, and
+    a camera of few pixels, or ``growth.stride``, makes new Gaussians large.
+    """
+    if not any(iteration < settings.mapper.iterations for iteration in settings.mapper.pruning.iterations):
+        return math.inf
+    focal = float(camera_at(Pose(0, 0, 0, 0), settings.camera).intrinsics[0, 0, 0])
+    return settings.mapper.pruning.scale * radius * focal / settings.mapper.growth.stride
 
 
 def _final(exploration: Exploration, world: World, settings: SlamSettings) -> FinalMeasures:

@@ -60,7 +60,7 @@ def open_world(path: Path, name: str, settings: SlamSettings, seed: int) -> Worl
     on ``seed``, which draws the start alone.
 
     Raises:
-        UserError: the mesh cannot be read, has no floor, or the start is not on it.
+        UserError: the mesh cannot be read, has no floor, the start is not on it, or nothing can be seen from it.
     """
     simulator = open_simulator(path, settings.simulator)
     floor_map = find_floor(simulator.caster, simulator.building.box, settings.agent, path)
@@ -70,11 +70,29 @@ def open_world(path: Path, name: str, settings: SlamSettings, seed: int) -> Worl
     rng = np.random.default_rng(seed_of("slam evaluation", evaluation.seed))
     samples = surface_samples(simulator, evaluation.points, rng)
     seen = visible_from_floor(simulator, floor_map, storey, settings.camera, samples, evaluation.spacing)
+    if not seen.any():
+        fault = "shows no surface to a level camera on its floor, so that nothing can be covered"
+        raise UserError(path, fault, "check camera.above_floor and camera.field_of_view")
     poses = random_poses(floor_map, storey, evaluation.poses, rng)
-    notes = (*simulator.building.notes, *floor_map.notes)
+    notes = (*simulator.building.notes, *floor_map.notes, *_beyond_the_grid(floor_map, storey, start, settings))
     return World(
         name, file_hash(path), simulator, floor_map, storey, start, samples[seen], tuple(poses), notes
     )  # fmt: skip
+
+
+def _beyond_the_grid(
+    floor_map: FloorMap, storey: npt.NDArray[np.bool_], start: Pose, settings: SlamSettings
+) -> tuple[str, ...]:
+    """Return what to say where the robot's grid, with the start in its middle, does not hold the whole storey."""
+    occupancy = settings.exploration.occupancy
+    half = occupancy.cells * occupancy.cell / 2
+    columns, rows = np.nonzero(storey.any(axis=0))
+    centres = floor_map.origin + (np.stack([columns, rows], axis=1) + 0.5) * floor_map.agent.cell
+    share = float((np.abs(centres - (start.x, start.y)) > half).any(axis=1).mean())
+    if not share:
+        return ()
+    told = f"{100 * share:.2g} % of the floor lies beyond the robot's grid of {2 * half:g} m around its start"
+    return (f"{told}, which can never be chosen; raise exploration.occupancy.cells",)
 
 
 def _start(floor_map: FloorMap, settings: SlamSettings, seed: int, path: Path) -> Pose:
