@@ -9,7 +9,7 @@ SHELL := bash
 .SHELLFLAGS := -euo pipefail -c
 export PATH := $(CURDIR)/.venv/bin:$(PATH)
 
-.PHONY: tables photographs test lint check endurance
+.PHONY: tables photographs test browser lint check endurance
 
 tables: .venv/installed
 	snakemake -j$(CORES) tables
@@ -38,6 +38,11 @@ check: .venv/installed
 
 test: .venv/installed lint
 	pytest -n $(CORES)
+
+# The page in headless Chromium, which is Debian's package chromium. Without either the tests of it skip, and say why.
+browser: .venv/installed
+	@$(PIP) --no-deps --quiet --requirement environment-optional.txt || echo "no packages of environment-optional.txt"
+	pytest tests/report/test_page_in_browser.py -rs
 
 # Random damage and kills, each against a run from nothing: hours. See docs/integrity.md.
 endurance: .venv/installed

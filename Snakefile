@@ -52,6 +52,7 @@ include: "workflows/rules/significance.smk"
 include: "workflows/rules/report.smk"
 include: "workflows/rules/figures.smk"
 include: "workflows/rules/page.smk"
+include: "workflows/rules/own_report.smk"
 
 
 for baseline in BASELINES:

@@ -21,6 +21,7 @@ from avs.commands import (
     metric_parameters,
     nvs,
     page,
+    progress,
     report,
     runtime,
     scorer,
@@ -33,7 +34,21 @@ from avs.system.compatibility import prepare_environment
 from avs.system.job_process import die_with_parent, remember_sources
 
 HELP = "Active view selection. One command per rule of the workflow, of the same name; every path is an argument."
-STAGES = (common, data, scorer, metric_parameters, nvs, runtime, sensitivity, sfm, slam, report, figures, page)
+STAGES = (
+    common,
+    data,
+    scorer,
+    metric_parameters,
+    nvs,
+    runtime,
+    sensitivity,
+    sfm,
+    slam,
+    report,
+    figures,
+    page,
+    progress,
+)
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False, help=HELP)
 

@@ -64,5 +64,6 @@ def page(
         from avs.report.page.site import PageFacts, PageInputs, write_page
 
         told = read_settings(settings, PageJob)
-        facts = PageFacts(told.scale, told.scenes, told.methods, told.absent, told.config, told.explorations)
+        scenes = {name: told.scenes[name] for name in told.data_sets}
+        facts = PageFacts(told.scale, scenes, told.methods, told.absent, told.config, told.explorations)
         write_page(PageInputs(table or [], figure or [], card or []), facts, out)

@@ -274,6 +274,7 @@ def _page(config: Config, _: str) -> PageJob:
         **_records(config),
         absent=absent_methods(config),
         scale=config.scale,
+        data_sets=config.evaluated,
         config=config.model_dump(mode="json"),
         explorations={} if told is None else dict.fromkeys(told.buildings, runs),
     )

@@ -95,6 +95,7 @@ class PageJob(FigureJob):
 
     absent: dict[str, Reason] = Field(description="why a method does not run, by identifier")
     scale: str = Field(description="name of the run")
+    data_sets: tuple[str, ...] = Field(description="names of the data sets, in order")
     config: dict[str, Any] = Field(description="the whole configuration")
     explorations: dict[str, tuple[tuple[str, int], ...]] = Field(
         description="methods and seeds of the explorations, by building"

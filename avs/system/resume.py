@@ -16,7 +16,7 @@ def resume(arguments: list[str]) -> None:
     Raises:
         UserError: a run is alive in this folder, or Snakemake cannot unlock it.
     """
-    alive = next(_runs_in(Path.cwd()), None)
+    alive = next(runs_in(Path.cwd()), None)
     if alive is not None:
         raise UserError(Path.cwd(), f"a run is alive (process {alive})", "wait for it, or stop it")
     unlocked = subprocess.run(["snakemake", "--unlock", *arguments], capture_output=True, text=True, check=False)
@@ -25,7 +25,7 @@ def resume(arguments: list[str]) -> None:
     os.execvp("snakemake", ["snakemake", *arguments])
 
 
-def _runs_in(folder: Path) -> Iterator[int]:
+def runs_in(folder: Path) -> Iterator[int]:
     """Yield the processes that run Snakemake in ``folder``."""
     for entry in Path("/proc").iterdir():
         if not entry.name.isdigit():

@@ -66,7 +66,7 @@
     let now = given < 0 ? 0 : given;
     const player = avs.player(moments.length - 1, now, (moment) => `${moments[moment]} captured views`, (moment) => {
       now = moment;
-      avs.keep({ step: moments[moment] });
+      avs.keep({ step: moments[moment], methods: loaded.map((each) => each.episode.method).join(",") }, ["compare", scene.dataset, scene.scene, seed]);
       draw();
     });
     function draw() {

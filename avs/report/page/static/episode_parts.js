@@ -112,10 +112,12 @@
     const next = episode.steps[moment]?.chosen || [];
     const item = (camera, kind) => {
       const picture = photograph(loaded, camera);
-      return avs.h(`li.${kind}`, {}, picture ? avs.h("img", { src: picture, alt: "", loading: "lazy" }) : avs.h("span.empty", { title: loaded.photographs.why_not }, "left out"), avs.h("span", {}, scene.names[camera]));
+      return avs.h(`li.${kind}`, {}, picture ? avs.h("img", { src: picture, alt: "" }) : avs.h("span.empty", { title: loaded.photographs.why_not }, "left out"), avs.h("span", {}, scene.names[camera]));
     };
-    return avs.h("ol.strip", { tabindex: "0", "aria-label": `${captured.length} captured photographs in the order of capture` },
+    const strip = avs.h("ol.strip", { tabindex: "0", "aria-label": `${captured.length} captured photographs in the order of capture` },
       captured.map((camera, place) => item(camera, place < episode.initial.length ? "initial" : "captured")), next.map((camera) => item(camera, "chosen")));
+    requestAnimationFrame(() => { strip.scrollLeft = strip.scrollWidth; }); // the newest are the last
+    return strip;
   };
 
   // The test curves of one seed of a scene; `strong` are the methods that are brought out.

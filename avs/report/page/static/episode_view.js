@@ -30,11 +30,12 @@
     const given = settings.step === undefined ? 1 : Number(settings.step) || 1;
     const state = { moment: Math.min(Math.max(given - 1, 0), last), byScore: settings.order !== "names", metric: avs.METRICS[settings.metric] ? settings.metric : "psnr", share: 50 };
     const method = avs.methodOf(scene, episode.method);
+    const place = ["episode", scene.dataset, scene.scene, episode.method, episode.seed];
     const space = avs.sceneSpace(scene.cameras, avs.scenePoints(scene.points), { label: "Cameras in space" });
     const areas = Object.fromEntries(["view", "scores", "strip", "curve"].map((name) => [name, avs.h("div")]));
     const player = avs.player(last, state.moment, (moment) => avs.momentText(loaded, moment), (moment) => {
       state.moment = moment;
-      avs.keep({ step: moment + 1 });
+      avs.keep({ step: moment + 1 }, place);
       draw();
     });
     const redraw = (changes) => { Object.assign(state, changes); draw(); };
@@ -46,8 +47,8 @@
       space.update(...avs.roles(loaded, state.moment));
     }
     draw();
-    const order = avs.select("Order", [["score", "by score"], ["names", "by name"]], state.byScore ? "score" : "names", (value) => { avs.keep({ order: value === "names" ? value : null }); redraw({ byScore: value === "score" }); });
-    const metric = avs.select("Metric", Object.entries(avs.METRICS).map(([key, each]) => [key, each.name]), state.metric, (value) => { avs.keep({ metric: value }); redraw({ metric: value }); });
+    const order = avs.select("Order", [["score", "by score"], ["names", "by name"]], state.byScore ? "score" : "names", (value) => { avs.keep({ order: value === "names" ? value : null }, place); redraw({ byScore: value === "score" }); });
+    const metric = avs.select("Metric", Object.entries(avs.METRICS).map(([key, each]) => [key, each.name]), state.metric, (value) => { avs.keep({ metric: value }, place); redraw({ metric: value }); });
     return avs.h("section.episode", { "aria-labelledby": "title" },
       avs.h("h1", { id: "title" }, avs.h("span.dot", { style: `background:${method.colour}`, "aria-hidden": "true" }), `${method.label} on ${scene.scene}, seed ${episode.seed}`),
       avs.chooser(loaded),

@@ -25,7 +25,7 @@
     const place = avs.h("div", { "aria-live": "polite" });
     const redraw = (changes) => {
       Object.assign(state, changes);
-      avs.keep(changes);
+      avs.keep(changes, ["tables", name]);
       draw();
     };
     function draw() {

@@ -25,7 +25,7 @@
   function held(card) {
     const told = card.held_out;
     if (!told) return avs.missing("No scene was held out.");
-    const names = { pearson: "Pearson, images", spearman: "Spearman, images", candidate_spearman: "Spearman, candidates of a moment", pixel_pearson: "Pearson, pixels", mean_absolute_error: "mean absolute error", images: "held-out renderings" };
+    const names = { pearson: "Pearson, images", spearman: "Spearman, images", candidate_spearman: "Spearman, candidates of a moment", pixel_pearson: "Pearson, pixels", mean_absolute_error: "mean absolute error, images", images: "held-out renderings" };
     return avs.h("dl.facts", {}, Object.entries(names).filter(([key]) => key in told).map(([key, title]) => avs.h("div", {}, avs.h("dt", {}, title), avs.h("dd", {}, avs.short(told[key])))));
   }
 
@@ -33,7 +33,7 @@
     const points = card.mean_absolute_error || [];
     if (points.length < 2) return null;
     const line = (key, colour, label, dashed) => ({ points: points.map((each) => [each.step, each[key]]), colour, label, dashed, strong: !dashed });
-    return [avs.lineChart([line("held_out", "#D55E00", "held-out scenes", false), line("training", "#8a8a8a", "training scenes", true)], { x: "step", y: "mean absolute error", label: "error of the predicted SSIM over training steps" }),
+    return [avs.lineChart([line("held_out", "#D55E00", "held-out scenes", false), line("training", "#8a8a8a", "training scenes", true)], { x: "step", y: "mean absolute error of pixels", label: "error of the predicted SSIM over training steps" }),
       avs.h("p.quiet", {}, "Line: held-out scenes. Dashed: training scenes.")];
   }
 

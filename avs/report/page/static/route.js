@@ -23,9 +23,10 @@
   };
 
   // Changes settings of the address without a new entry in the history, and without drawing the page anew.
-  avs.keep = (changes) => {
+  // An address that does not say what is shown takes the parts that are `usual`.
+  avs.keep = (changes, usual = []) => {
     const { parts, settings } = avs.parse(location.hash);
-    history.replaceState(null, "", avs.address(parts, { ...settings, ...changes }));
+    history.replaceState(null, "", avs.address(parts.length < usual.length ? usual : parts, { ...settings, ...changes }));
   };
 
   avs.go = (parts, settings) => {

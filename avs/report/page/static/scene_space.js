@@ -131,7 +131,7 @@
   };
 
   avs.spaceLegend = (names) => avs.h("p.quiet.legend", {}, names.map((name) => avs.h("span.entry", {},
-    avs.h(ROLES[name].dashed ? "span.key.dashed" : "span.key", { style: `border-color:${ROLES[name].colour}`, "aria-hidden": "true" }), `${ROLES[name].about} `)));
+    avs.h(ROLES[name].dashed ? "span.key.dashed" : "span.key", { style: `border-color:${ROLES[name].colour}`, "aria-hidden": "true" }), ROLES[name].about)).flatMap((entry) => [entry, " "]));
 
   avs.scenePoints = (points) => ({ xyz: points.xyz, colours: avs.bytes(points.rgb) });
 })();

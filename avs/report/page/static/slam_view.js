@@ -23,7 +23,7 @@
     const last = told.decisions.length;
     let now = Math.min(Math.max((Number(settings.step) || 1) - 1, 0), last);
     const [words, curve] = [avs.h("div"), avs.h("div")];
-    const player = avs.player(last, now, (moment) => momentText(told, moment), (moment) => { now = moment; avs.keep({ step: moment + 1 }); draw(); });
+    const player = avs.player(last, now, (moment) => momentText(told, moment), (moment) => { now = moment; avs.keep({ step: moment + 1 }, ["slam", building, told.method, told.seed]); draw(); });
     function draw() {
       map.draw(now);
       words.replaceChildren(decision(told, now));

@@ -39,7 +39,7 @@
     const state = { place: Math.min(Number(settings.state) || 0, told.states.length - 1), truth: TRUTHS[settings.truth] ? settings.truth : "ssim" };
     const area = avs.h("div.scatters");
     const draw = () => area.replaceChildren(...told.methods.map((method) => panel(scene, told, method, state)));
-    const change = (changes) => { Object.assign(state, changes); avs.keep({ state: state.place, truth: state.truth }); draw(); };
+    const change = (changes) => { Object.assign(state, changes); avs.keep({ state: state.place, truth: state.truth }, ["truth", scene.dataset, scene.scene, seed]); draw(); };
     draw();
     return avs.h("section", { "aria-labelledby": "title" }, head, avs.h("form.filters", { onsubmit: (event) => event.preventDefault() }, choosers,
       scene.states.length > 1 ? avs.select("Seed", scene.states.map((each) => [String(each), String(each)]), String(seed), (value) => go({ seed: Number(value) })) : null,
