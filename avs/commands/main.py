@@ -28,6 +28,7 @@ from avs.commands import (
     sensitivity,
     sfm,
     slam,
+    view,
     weights,
 )
 from avs.system.compatibility import prepare_environment
@@ -48,6 +49,7 @@ STAGES = (
     figures,
     page,
     progress,
+    view,
 )
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False, help=HELP)

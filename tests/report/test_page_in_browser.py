@@ -196,7 +196,7 @@ def test_methods_are_compared_at_the_same_number_of_views(open_page):
     texts = tab.locator(".columns section p").all_inner_texts()
     assert sum(text.startswith("Selection 3 of 3: 6 views") for text in texts) == 2
     tab.get_by_text("Methods (2)").click()
-    tab.get_by_label("FVS").check()
+    tab.get_by_label("FVS").click()
     tab.locator(".columns section").nth(2).wait_for()
 
 
