@@ -100,6 +100,9 @@ onsuccess:
         print(f"\n{path.read_text()}")
     if made:
         print(f"All tables: {RESULTS}/tables; figures: {RESULTS}/figures")
+    page = Path(f"{RESULTS}/report/index.html")
+    if page.exists() and page.stat().st_mtime > STARTED:
+        print(f"The page, to be opened in a browser: {page}")
 
 
 onerror:

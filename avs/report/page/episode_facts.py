@@ -13,6 +13,8 @@ from avs.selection import registry
 from avs.system.files import file_hash
 from avs.system.records import read_record
 
+_SCORE_DIGITS = 5
+
 
 def episode_facts(path: Path, episode: Episode, names: Sequence[str]) -> dict[str, Any]:
     """Return what the record of an episode says, with images as places in ``names``.
@@ -37,7 +39,8 @@ def episode_facts(path: Path, episode: Episode, names: Sequence[str]) -> dict[st
         "initial": [places[name] for name in episode.initial],
         "selected": [places[name] for name in episode.selected],
         "steps": [
-            _step(step, places, times.total_seconds) for step, times in zip(episode.steps, meta.steps, strict=True)
+            _step(step, before, places, times.total_seconds)
+            for before, step, times in zip([None, *episode.steps[:-1]], episode.steps, meta.steps, strict=True)
         ],
         "curve": [_moment(point) for point in episode.curve],
         "test": [places[image.name] for image in episode.curve[-1].images],
@@ -55,12 +58,14 @@ def episode_facts(path: Path, episode: Episode, names: Sequence[str]) -> dict[st
     }
 
 
-def _step(step: Step, places: dict[str, int], seconds: float) -> dict[str, Any]:
+def _step(step: Step, before: Step | None, places: dict[str, int], seconds: float) -> dict[str, Any]:
+    """Return one selection; its candidates are None where they are those before without the views chosen then."""
+    left = None if before is None else [name for name in before.candidates if name not in before.chosen]
     return {
         "iteration": step.iteration,
         "primitives": step.primitives,
-        "candidates": [places[name] for name in step.candidates],
-        "scores": None if step.scores is None else rounded(step.scores),
+        "candidates": None if step.candidates == left else [places[name] for name in step.candidates],
+        "scores": None if step.scores is None else rounded(step.scores, _SCORE_DIGITS),
         "chosen": [places[name] for name in step.chosen],
         "captured": step.captured,
         "seconds": float(f"{seconds:.4g}"),

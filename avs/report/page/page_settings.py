@@ -12,8 +12,8 @@ class PageSettings(StrictModel):
 
     megabytes: PositiveFloat = Field(
         default=50,
-        description="limit of all pictures, models and clouds together, of which each scene has a share by the number "
-        "of its episodes; the lowest seeds come first, and what is left out says so",
+        description="limit of what the page holds of all scenes together, each by the number of its episodes; numbers "
+        "come first, then photographs, then the lowest seeds, and what is left out says so",
     )
     long_side: PositiveInt = Field(default=320, description="pixels; larger pictures are made as small as that")
     quality: int = Field(default=70, ge=1, le=100, description="of the pictures, which are WebP files")

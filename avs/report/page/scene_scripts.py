@@ -54,6 +54,10 @@ class Allowance:
         self._left = limit
         self.why_not = f"left out for {told}"
 
+    def spend(self, size: int) -> None:
+        """Count ``size`` bytes that are written in any case."""
+        self._left -= size
+
     def take(self, size: int) -> bool:
         """Return whether ``size`` bytes fit into what is left, and count them if they do."""
         fits = size <= self._left
@@ -87,14 +91,18 @@ def write_scene_scripts(
     for episode in episodes.all:
         if episode.scene != scene.name or episode.scene_hash != scene.content_hash:
             raise UserError(inputs.folder, f"is not the scene of {episode.method}'s episode", "run the same line again")
-    told = f"the page's limit of {settings.megabytes:g} MB (report.page.megabytes of the configuration)"
-    allowance = Allowance(int(settings.megabytes * 1e6 * share), told)
+    words = f"the page's limit of {settings.megabytes:g} MB (report.page.megabytes of the configuration)"
+    allowance = Allowance(int(settings.megabytes * 1e6 * share), words)
     scripts = _Scripts(f"scenes/{scene.dataset}/{scene.name}", {}, allowance)
-    _add_photographs(scripts, scene, episodes, settings)
     facts = scene_facts(scene, episodes, methods, absent, settings)
-    _add_episodes(scripts, scene, episodes, inputs.coverage, settings)
     facts["states"] = _add_states(scripts, scene, inputs.states)
     scripts.add("scene", facts)
+    told = _episodes(scripts, scene, episodes, inputs.coverage, settings)
+    allowance.spend(sum(len(script_text(_stem(*key), each)) for key, each in told.items()))
+    _add_photographs(scripts, scene, episodes, settings)
+    _add_what_is_large(scripts, scene, episodes, told, settings)
+    for key, each in told.items():
+        scripts.texts[_stem(*key)] = script_text(f"{scripts.place}/{_stem(*key)}", each)
     with atomic_folder(out) as temporary:
         for name, text in scripts.texts.items():
             (temporary / f"{name}.js").write_text(text, encoding="ascii")
@@ -109,7 +117,9 @@ class _Scripts:
     allowance: Allowance
 
     def add(self, name: str, value: object) -> None:
+        """Add a script in any case."""
         self.texts[name] = script_text(f"{self.place}/{name}", value)
+        self.allowance.spend(len(self.texts[name]))
 
     def add_within(self, name: str, value: object) -> str | None:
         """Add a script if it fits, and return why it does not."""
@@ -132,31 +142,45 @@ def _add_photographs(scripts: _Scripts, scene: Scene, episodes: Episodes, settin
         address = picture(scene.views([place]).images[0], settings)
         if scripts.allowance.take(len(address)):
             found[str(place)] = address
-    scripts.add("photographs", {"pictures": found, "why_not": scripts.allowance.why_not})
+    told = {"pictures": found, "why_not": scripts.allowance.why_not}
+    scripts.texts["photographs"] = script_text(f"{scripts.place}/photographs", told)
 
 
-def _add_episodes(
+_Facts = dict[tuple[str, int], dict[str, Any]]
+"""What is told of each episode, by method and seed."""
+
+
+def _episodes(
     scripts: _Scripts, scene: Scene, episodes: Episodes, coverage: Sequence[Path], settings: PageSettings
-) -> None:
-    """Add the episodes; what is large goes by seed, then by kind, then by method, as long as there is room."""
-    found = sorted(episodes.all, key=lambda each: each.seed)
-    places = {(each.method, each.seed): episodes.places[each.method, each.scene, each.seed] for each in found}
-    facts = {key: episode_facts(places[key], each, scene.names) for each in found for key in [(each.method, each.seed)]}
+) -> _Facts:
+    """Return the facts of each episode, by seed, then by method, and add the cloud that their coverage shares."""
+    facts = {
+        (each.method, each.seed): episode_facts(episodes.places[each.method, each.scene, each.seed], each, scene.names)
+        for each in sorted(episodes.all, key=lambda each: each.seed)
+    }
     for key, told in _coverage(scripts, coverage, scene, settings).items():
         if key in facts:
             facts[key]["coverage"] = told
+    return facts
+
+
+def _add_what_is_large(
+    scripts: _Scripts, scene: Scene, episodes: Episodes, facts: _Facts, settings: PageSettings
+) -> None:
+    """Add pictures and models by seed, then by kind, then by method, as long as there is room; facts say why not."""
 
     def add_pictures(episode: Episode, path: Path) -> str | None:
         kept = read_pictures(path, episode)
         if not kept:
             return "the run kept none (pictures: null)"
-        return scripts.add_within(f"{_stem(episode)}-pictures", pictures(kept, settings))
+        return scripts.add_within(f"{_stem(episode.method, episode.seed)}-pictures", pictures(kept, settings))
 
     def add_splats(episode: Episode, path: Path) -> str | None:
         if not path.with_name(SPLATS).exists():
             return "the reconstruction has no Gaussians to export"
         content, count = splat_bytes(path.with_name(SPLATS), scene.to_capture, settings.gaussians)
-        return scripts.add_within(f"{_stem(episode)}-splats", {"count": count, "splats": encoded(content)})
+        told = {"count": count, "splats": encoded(content)}
+        return scripts.add_within(f"{_stem(episode.method, episode.seed)}-splats", told)
 
     kinds: tuple[tuple[str, Callable[[Episode, Path], str | None]], ...] = (
         ("no_pictures", add_pictures),
@@ -164,11 +188,10 @@ def _add_episodes(
     )
     for seed in episodes.seeds:
         for word, add in kinds:
-            for each in found:
+            for each in episodes.all:
                 if each.seed == seed:
-                    facts[each.method, seed][word] = add(each, places[each.method, seed])
-    for each in found:
-        scripts.add(_stem(each), facts[each.method, each.seed])
+                    path = episodes.places[each.method, each.scene, each.seed]
+                    facts[each.method, seed][word] = add(each, path)
 
 
 def _coverage(
@@ -196,5 +219,5 @@ def _add_states(scripts: _Scripts, scene: Scene, records: Sequence[Path]) -> lis
     return seeds
 
 
-def _stem(episode: Episode) -> str:
-    return f"{episode.method}-{episode.seed}"
+def _stem(method: str, seed: int) -> str:
+    return f"{method}-{seed}"

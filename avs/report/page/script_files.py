@@ -34,9 +34,9 @@ def write_script(page: Path, name: str, value: object) -> int:
     return len(text)
 
 
-def rounded(values: Iterable[float | None]) -> list[float | None]:
-    """Return numbers with six significant digits, which no drawing and no printed value can tell from all of them."""
-    return [None if value is None else float(f"{value:.{_DIGITS}g}") for value in values]
+def rounded(values: Iterable[float | None], digits: int = _DIGITS) -> list[float | None]:
+    """Return numbers with so many significant digits, which no drawing can tell from all of them."""
+    return [None if value is None else float(f"{value:.{digits}g}") for value in values]
 
 
 def encoded(content: bytes) -> str:

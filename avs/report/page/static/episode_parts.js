@@ -9,9 +9,17 @@
     const place = avs.place(dataset, scene);
     const [told, photographs, episode] = await Promise.all([
       avs.load(`${place}/scene`), avs.load(`${place}/photographs`), avs.load(`${place}/${method}-${seed}`)]);
+    fillCandidates(episode);
     const pictures = episode.no_pictures ? {} : await avs.load(`${place}/${method}-${seed}-pictures`);
     return { place, scene: told, photographs, episode, pictures };
   };
+
+  // Candidates are listed where they are not those of the selection before without the views that it chose.
+  function fillCandidates({ steps }) {
+    for (const [place, step] of steps.entries()) {
+      step.candidates = step.candidates || steps[place - 1].candidates.filter((camera) => !steps[place - 1].chosen.includes(camera));
+    }
+  }
 
   // The moments of an episode: each selection, then the end.
   avs.moments = (episode) => episode.steps.length + 1;
