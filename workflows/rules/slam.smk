@@ -4,6 +4,7 @@ from avs.config.jobs import absent_explorers
 from avs.config.paper_tables import FOLDER
 from avs.config.slam_config import explorers
 from avs.report.published import SLAM_NAME
+from avs.slam.building.side_files import side_files
 
 SLAM = f"{RESULTS}/slam/{{building}}"
 EXPLORATION = f"{SLAM}/{{method}}/{{seed}}/exploration.json"
@@ -32,6 +33,11 @@ def building_file(wildcards):
             f"error: configuration: slam.buildings.{wildcards.building}.file: {building.file} is no file; check the path"
         )
     return building.file
+
+
+def building_side_files(wildcards):
+    """Return the files that the mesh of a building names, such as textures."""
+    return list(map(str, side_files(Path(building_file(wildcards)))))
 
 
 def explorer(method):
@@ -162,6 +168,7 @@ rule building:
 rule exploration:
     input:
         mesh=building_file,
+        beside=building_side_files,
         weights=exploration_weights,
         kernels=KERNELS,
         settings=f"{RESULTS}/settings/exploration/{{building}}/{{method}}.json",
@@ -240,6 +247,7 @@ rule slam_animation:
         record=EXPLORATION,
         maps=EXPLORATION.replace("exploration.json", "maps.safetensors"),
         mesh=building_file,
+        beside=building_side_files,
         code=sources("avs.report.figures.slam_animation"),
     output:
         f"{RESULTS}/figures/slam_{{building}}_{{method}}_{{seed}}.gif",

@@ -14,13 +14,14 @@ from torch.nn import Parameter
 
 from avs.slam.building.opened_building import open_simulator
 from avs.slam.building.robot_camera import CameraSettings, Pose, camera_at
+from avs.slam.building.side_files import mesh_digest
 from avs.slam.building.simulator import Simulator
 from avs.slam.evaluation.top_view import CELL
 from avs.slam.loop.exploration_record import MAPS_HEADER, ExplorationRecord
 from avs.slam.loop.slam_settings import SlamSettings
 from avs.slam.mapping.gaussian_map import NAMES, MapTensors, map_seen
 from avs.system.errors import UserError
-from avs.system.files import atomic_path, file_hash
+from avs.system.files import atomic_path
 from avs.system.records import read_record
 from avs.system.tensor_files import read_tensors
 
@@ -50,7 +51,7 @@ def write_slam_animation(record: Path, maps: Path, mesh: Path, out: Path) -> Non
         UserError: a file is missing or damaged, or the mesh is another one than was explored.
     """
     told = read_record(record, ExplorationRecord)
-    if file_hash(mesh) != told.building_hash:
+    if mesh_digest(mesh) != told.building_hash:
         raise UserError(mesh, f"is not the building that {record} explored", "run the exploration again")
     settings = SlamSettings.model_validate(told.settings)
     arrays = read_tensors(maps, MAPS_HEADER, "run the job that makes it again")[0]

@@ -94,7 +94,7 @@ class ExplorationRecord(StrictModel):
 
     schema_version: Literal[1] = 1
     building: str
-    building_hash: str = Field(description="SHA-256 of the mesh's file")
+    building_hash: str = Field(description="SHA-256 of the mesh's file, and of those that it names")
     method: str = Field(description="identifier of what chose the paths")
     label: str = Field(description="its printed name")
     seed: int

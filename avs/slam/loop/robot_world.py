@@ -11,13 +11,13 @@ import numpy.typing as npt
 
 from avs.slam.building.opened_building import open_simulator
 from avs.slam.building.robot_camera import Pose
+from avs.slam.building.side_files import mesh_digest
 from avs.slam.building.simulator import Simulator
 from avs.slam.evaluation.seen_surface import surface_samples, visible_from_floor
 from avs.slam.loop.slam_settings import SlamSettings
 from avs.slam.navigation.floor_map import FloorMap, find_floor
 from avs.slam.navigation.robot_motion import random_poses
 from avs.system.errors import UserError
-from avs.system.files import file_hash
 from avs.system.seeds import seed_of
 
 
@@ -76,7 +76,7 @@ def open_world(path: Path, name: str, settings: SlamSettings, seed: int) -> Worl
     poses = random_poses(floor_map, storey, evaluation.poses, rng)
     notes = (*simulator.building.notes, *floor_map.notes, *_beyond_the_grid(floor_map, storey, start, settings))
     return World(
-        name, file_hash(path), simulator, floor_map, storey, start, samples[seen], tuple(poses), notes
+        name, mesh_digest(path), simulator, floor_map, storey, start, samples[seen], tuple(poses), notes
     )  # fmt: skip
 
 
