@@ -66,7 +66,13 @@ def predict_variants(
         variants: what renderings are compared with.
         pad: whether black images take the place of photographs that are too few, as CrossScore has them.
     """
-    choosers = {name: _chooser(scorer, data, other, variant, name, pad) for name, variant in variants.items()}
+    wanted = {variant.choice == "wrong" for variant in variants.values() if variant.count}
+    sources = {wrong: _encoded(scorer, other if wrong else data) for wrong in wanted}
+    black = scorer.encode(np.zeros_like(data.photographs[0])[None])[0]
+    choosers = {
+        name: _chooser(data, other, variant, name, sources.get(variant.choice == "wrong", []), black, pad)
+        for name, variant in variants.items()
+    }
     found = {name: Predicted(np.empty(len(data))) for name in variants}
     for rows in batches(data, scorer.batch):
         queries = scorer.queries(np.stack([data.renderings[row] for row in rows]))
@@ -87,24 +93,27 @@ def batches(data: Distortions, size: int) -> Iterator[list[int]]:
             yield rows.tolist()
 
 
+def _encoded(scorer: CrossReferenceScorer, data: Distortions) -> list[Tensor]:
+    """Return what the network reads of each photograph of a scene."""
+    return [scorer.encode(image[None])[0] for image in data.photographs]
+
+
 def _chooser(
-    scorer: CrossReferenceScorer,
     data: Distortions,
     other: Distortions,
     variant: ReferencesVariant,
     name: str,
+    encoded: list[Tensor],
+    black: Tensor,
     pad: bool,
 ) -> Callable[[int], list[Tensor]]:
-    """Return what gives each rendering its encoded references; each photograph is encoded once."""
-    source = other if variant.choice == "wrong" else data
-    encoded = [scorer.encode(image[None])[0] for image in source.photographs] if variant.count else []
-    black = scorer.encode(np.zeros_like(data.photographs[0])[None])[0]
+    """Return what gives each rendering its references, of the encoded photographs and a black image."""
     rng = np.random.default_rng(seed_of("references", data.scene, name))
 
     def choose(row: int) -> list[Tensor]:
         chosen = [encoded[image] for image in chosen_images(data, other, row, variant, rng)]
-        missing = variant.count - len(chosen) if pad else int(not chosen)
-        return chosen + [black] * missing
+        missing = variant.count - len(chosen) if pad else 0
+        return chosen + [black] * max(missing, int(not chosen))
 
     return choose
 
@@ -124,5 +133,5 @@ def chosen_images(
         order = pool[np.argsort(distances, kind="stable")]
     else:
         order = rng.permutation(pool)
-    nearest: list[int] = order[: variant.count].tolist()
-    return nearest
+    chosen: list[int] = order[: variant.count].tolist()
+    return chosen

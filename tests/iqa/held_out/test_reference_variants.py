@@ -50,6 +50,15 @@ def test_predictions_are_those_of_the_scorer_with_the_same_references(toys, netw
             assert found[name].scores[row] == pytest.approx(expected, rel=tolerances.SAME_IMAGE_IN_A_BATCH)
 
 
+def test_black_images_take_the_place_of_photographs_that_are_too_few(toys, network):
+    scorer = CrossReferenceScorer(network, ResizeSettings(pixels=56), batch=8)
+    variants = {"five": ReferencesVariant(count=5), "none": ReferencesVariant(count=0)}
+    padded, plain = (predict_variants(scorer, *toys, variants, pad) for pad in (True, False))
+    np.testing.assert_array_equal(padded["none"].scores, plain["none"].scores)
+    few = np.array(toys[0].moment_of) == 0  # three photographs are captured at the first moment
+    assert (padded["five"].scores[few] != plain["five"].scores[few]).all()
+
+
 def test_sums_give_error_and_correlation_of_all_pixels():
     rng = np.random.default_rng(0)
     maps = rng.random((3, 2, 6, 4)).astype(np.float32)
