@@ -40,6 +40,7 @@ _SPECIAL = {
 
 _MOST_COLUMNS = 16  # of numbers beside one another; more of them could not be read
 _COLUMNS_OF_A_PART = 12
+_LINES_OF_A_PAGE = 42  # of rows of table and comparison, in the size that tables have; more need smaller letters
 _NOT_IN_OT1 = "«»ÐÞðþ"  # what LaTeX's first font encoding lacks of Latin-1
 
 
@@ -54,7 +55,7 @@ def document_latex(document: Document) -> str:
         r"% needs \usepackage{booktabs,graphicx,multirow} and \usepackage[table]{xcolor}",
         r"\begin{table*}[t]",
         r"\centering",
-        r"\small",
+        r"\small" if _lines(document) <= _LINES_OF_A_PAGE else r"\footnotesize",
         r"\setlength{\tabcolsep}{4pt}",
         rf"\caption{{{_escape(' '.join(document.caption))} {_legend()}}}",
         rf"\label{{tab:{document.label.replace('_', '-')}}}",
@@ -64,6 +65,12 @@ def document_latex(document: Document) -> str:
         lines += ["", r"\medskip", rf"{_escape(document.comparison.title)}:", "", r"\smallskip"]
         lines += _comparison(document.comparison, document.columns)
     return "\n".join([*lines, r"\end{table*}", *_notes(document)]) + "\n"
+
+
+def _lines(document: Document) -> int:
+    """Return the number of rows of all parts of the table and of the comparison."""
+    compared = 0 if document.comparison is None else len(document.comparison.rows)
+    return _parts(document) * sum(len(group.rows) for group in document.groups) + compared
 
 
 def _notes(document: Document) -> list[str]:
@@ -93,11 +100,15 @@ def _legend() -> str:
     return "".join(boxes) + "."
 
 
+def _parts(document: Document) -> int:
+    """Return how many tables below one another the columns need."""
+    count = sum(map(_width, document.columns))
+    return 1 if count <= _MOST_COLUMNS else -(-len(document.columns) // _COLUMNS_OF_A_PART)
+
+
 def _grid(document: Document) -> list[str]:
     """Return the rows by group as a ``tabular``, or several below one another where there are too many columns."""
-    count = sum(map(_width, document.columns))
-    parts = 1 if count <= _MOST_COLUMNS else -(-len(document.columns) // _COLUMNS_OF_A_PART)
-    size = -(-len(document.columns) // parts)
+    size = -(-len(document.columns) // _parts(document))
     lines: list[str] = []
     for start in range(0, len(document.columns), size):
         lines += ["", r"\medskip", ""] if start else []
