@@ -78,8 +78,7 @@ def scorer_table_job(config: Config) -> ScorerTableJob:
 
 def regression_settings(config: Config) -> RegressionSettings:
     """Return what the regressions on render statistics read."""
-    settings = registry.create_settings(STATISTICS, config.selectors.get(STATISTICS, {}))
-    return RegressionSettings.model_validate(settings.model_dump(include=set(RegressionSettings.model_fields)))
+    return RegressionSettings.taken_from(registry.create_settings(STATISTICS, config.selectors.get(STATISTICS, {})))
 
 
 def _rows(config: Config) -> tuple[str, ...]:

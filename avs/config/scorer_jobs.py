@@ -33,8 +33,7 @@ def _scorer_train(config: Config, scorer: str) -> TrainingJob:
 
 
 def _niqe_fit(config: Config, _: str) -> FitSettings:
-    settings = registry.create_settings("niqe", config.selectors.get("niqe", {}))
-    return FitSettings.model_validate(settings.model_dump(include=set(FitSettings.model_fields)))
+    return FitSettings.taken_from(registry.create_settings("niqe", config.selectors.get("niqe", {})))
 
 
 SCORER_JOBS: dict[str, Callable[[Config, str], StrictModel]] = {

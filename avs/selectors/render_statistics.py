@@ -70,8 +70,7 @@ def _build(settings: StatisticsSettings, resources: Resources) -> StatisticsSele
     if path is None:
         raise UserError("Render statistics", "needs the regressions of avs statistics_fit", "pass --weights")
     fitted = read_regressions(path)
-    own = RegressionSettings.model_validate(settings.model_dump(include=set(RegressionSettings.model_fields)))
-    if fitted.facts.settings != own:
+    if fitted.facts.settings != RegressionSettings.taken_from(settings):
         raise UserError(path, "was fitted with other settings than selectors.statistics has", "fit it again")
     return StatisticsSelector(settings, fitted)
 

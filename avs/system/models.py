@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
@@ -11,6 +11,11 @@ class StrictModel(BaseModel):
     """Base of settings and records: unknown keys are errors, values do not change, numbers are finite."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    @classmethod
+    def taken_from(cls, values: BaseModel) -> Self:
+        """Return the fields of this model as another has them, which has more."""
+        return cls.model_validate(values.model_dump(include=set(cls.model_fields)))
 
 
 def _different(values: tuple[Any, ...]) -> tuple[Any, ...]:

@@ -9,6 +9,7 @@ each rendering its image and its moment.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
@@ -92,6 +93,15 @@ class Distortions:
     def similarity(self) -> FloatArray:
         """``[renderings]``: the true SSIM of each, mean over its pixels of the decoded map."""
         return np.array([decoded(code).mean(dtype=np.float64) for code in self.maps])
+
+
+def batches(data: Distortions, size: int) -> Iterator[list[int]]:
+    """Yield all renderings, at most ``size`` of one shape at a time."""
+    shapes = np.array([image.shape[:2] for image in data.renderings])
+    for shape in np.unique(shapes, axis=0):
+        alike = np.flatnonzero((shapes == shape).all(axis=1))
+        for rows in np.split(alike, range(size, len(alike), size)):
+            yield rows.tolist()
 
 
 def coded(similarity: npt.NDArray[np.float64]) -> CodedMap:

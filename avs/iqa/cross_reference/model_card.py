@@ -18,6 +18,7 @@ from avs.iqa.cross_reference.scorer_settings import ScorerSettings
 from avs.iqa.cross_reference.trained_scorer import CrossReferenceScorer
 from avs.iqa.cross_reference.training_batches import resized_map
 from avs.system.files import file_hash
+from metrics.ranking import mean_within, spearman
 
 _BATCH = 8
 _PIXELS = 64
@@ -147,16 +148,12 @@ def candidate_spearman(predictions: Sequence[Prediction]) -> dict[int, float]:
 
     A moment needs three candidates at least; a scene without any is left out.
     """
-    groups: dict[tuple[int, int], list[tuple[float, float]]] = {}
+    groups: dict[int, list[tuple[float, float, int]]] = {}
     for item in predictions:
         if not item.captured:
-            groups.setdefault((item.scene, item.moment), []).append((item.predicted, item.true))
-    found: dict[int, list[float]] = {}
-    for (scene, _), group in groups.items():
-        value = _correlation(spearmanr, np.array(group)) if len(group) > 2 else None
-        if value is not None:
-            found.setdefault(scene, []).append(value)
-    return {scene: float(np.mean(values)) for scene, values in found.items()}
+            groups.setdefault(item.scene, []).append((item.predicted, item.true, item.moment))
+    within = {scene: mean_within(spearman, *zip(*group, strict=True)).value for scene, group in groups.items()}
+    return {scene: value for scene, value in within.items() if value is not None}
 
 
 def _correlation(statistic: Callable[..., Any], pairs: npt.NDArray[np.floating[Any]]) -> float | None:

@@ -10,12 +10,12 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from avs.iqa.cross_reference.distortions import Distortions, read_distortions
+from avs.iqa.cross_reference.distortions import Distortions, batches, read_distortions
 from avs.iqa.cross_reference.scorer_checkpoint import load_network
 from avs.iqa.cross_reference.trained_scorer import CrossReferenceScorer
 from avs.iqa.held_out.held_out_record import HeldOutScores, Scored
 from avs.iqa.held_out.held_out_settings import STATISTICS, HeldOutJob, ReferencesVariant, ScoredMetric, ScoredNetwork
-from avs.iqa.held_out.reference_variants import batches, predict_variants
+from avs.iqa.held_out.reference_variants import predict_variants
 from avs.iqa.render_statistics.pixel_statistics import PIXEL_STATISTICS
 from avs.iqa.render_statistics.regression_file import Sighted, read_regressions
 from avs.iqa.render_statistics.regression_fit import ALL_STATISTICS, predicted, statistics_of

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
 from torch import Tensor
 
-from avs.iqa.cross_reference.distortions import Distortions, decoded
+from avs.iqa.cross_reference.distortions import Distortions, batches, decoded
 from avs.iqa.cross_reference.trained_scorer import CrossReferenceScorer
 from avs.iqa.cross_reference.training_batches import resized_map
 from avs.iqa.held_out.held_out_settings import ReferencesVariant
@@ -82,15 +82,6 @@ def predict_variants(
                 true = resized_map(decoded(data.maps[row]), scorer.resize).numpy()
                 found[name].add(row, values, true[: values.shape[0], : values.shape[1]])
     return found
-
-
-def batches(data: Distortions, size: int) -> Iterator[list[int]]:
-    """Yield all renderings, at most ``size`` of one shape at a time."""
-    shapes = np.array([image.shape[:2] for image in data.renderings])
-    for shape in np.unique(shapes, axis=0):
-        alike = np.flatnonzero((shapes == shape).all(axis=1))
-        for rows in np.split(alike, range(size, len(alike), size)):
-            yield rows.tolist()
 
 
 def _encoded(scorer: CrossReferenceScorer, data: Distortions) -> list[Tensor]:

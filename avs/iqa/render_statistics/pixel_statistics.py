@@ -25,9 +25,6 @@ PIXEL_STATISTICS = (
 )
 """Their names, in order."""
 
-GRADIENT = PIXEL_STATISTICS.index("gradient")
-"""Column of the logarithm of the mean gradient: a score of its own in the table ``scorer``."""
-
 _LUMINANCE = (0.299, 0.587, 0.114)
 _LEAST = 1e-3
 """Added before a logarithm: a quarter of the smallest step of eight bits."""

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from avs.iqa.cross_reference.distortions import Distortions, read_distortions
+from avs.iqa.cross_reference.distortions import Distortions, batches, read_distortions
 from avs.iqa.render_statistics.pixel_statistics import PIXEL_STATISTICS, pixel_statistics
 from avs.iqa.render_statistics.regression_file import FittedRegressions, RegressionFacts, Sighted, write_regressions
 from avs.iqa.render_statistics.regression_settings import COLUMNS, RegressionSettings
@@ -97,12 +97,9 @@ def predicted(regression: Regression, statistics: FloatArray) -> FloatArray:
 def statistics_of(data: Distortions, resize: ResizeSettings) -> FloatArray:
     """Return the columns of ``ALL_STATISTICS`` of every rendering of a scene, ``[renderings, 14]``."""
     found = np.empty((len(data), len(ALL_STATISTICS)))
-    sizes = np.array([image.shape[:2] for image in data.renderings])
-    for size in np.unique(sizes, axis=0):
-        alike = np.flatnonzero((sizes == size).all(axis=1))
-        for rows in np.split(alike, range(_BATCH, len(alike), _BATCH)):
-            images = np.stack([data.renderings[row] for row in rows])
-            found[rows] = all_statistics(images, data.geometry[rows], resize)
+    for rows in batches(data, _BATCH):
+        images = np.stack([data.renderings[row] for row in rows])
+        found[rows] = all_statistics(images, data.geometry[rows], resize)
     return found
 
 
