@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from avs.selection.registry import create_settings, find
+from avs.selection.registry import create_settings, find, needed
 from avs.slam.loop.slam_settings import RobotSettings, SlamSettings, StartPose
 from avs.slam.scoring.able_methods import why_not_exploring
 from avs.slam.scoring.path_settings import PathScorerSettings, SelectorPathSettings
@@ -67,7 +67,6 @@ class SlamFigureJob(StrictModel):
     """What a figure or table of explorations reads."""
 
     absent: dict[str, Reason] = Field(default={}, description="why a method does not explore, by identifier")
-
     buildings: tuple[str, ...] = Field(description="names, in order")
     methods: tuple[str, ...] = Field(description="identifiers, in order")
     seeds: tuple[int, ...] = Field(description="of the records")
@@ -112,6 +111,6 @@ def check_slam(slam: SlamConfig | None) -> None:
         method = find(told.method).method
         settings = create_settings(told.method, told.settings)
         subject = f"configuration: slam.methods.{name}"
-        fault = why_not_exploring(method, method.needs if settings.needs is None else settings.needs)
+        fault = why_not_exploring(method, needed(told.method, settings))
         if fault is not None:
             raise UserError(subject, f"{told.method} {fault}", "choose another method")

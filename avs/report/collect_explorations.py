@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
-from avs.slam.loop.exploration_record import ExplorationMeta, ExplorationRecord
+import numpy.typing as npt
+
+from avs.slam.loop.exploration_record import MAPS_HEADER, ExplorationMeta, ExplorationRecord
 from avs.system.errors import UserError
 from avs.system.records import read_record
+from avs.system.tensor_files import read_tensors
 
 Place = tuple[str, str, int]
 """Building, method and seed."""
@@ -48,6 +52,15 @@ class Explorations:
         """Return whether a method competes."""
         kinds = {record.settings["scorer"]["kind"] for place, record in self.cells.items() if place[1] == method}
         return not kinds & ORACLES
+
+
+def read_maps(path: Path) -> dict[str, npt.NDArray[Any]]:
+    """Read ``maps.safetensors`` of an exploration.
+
+    Raises:
+        UserError: it is missing or damaged.
+    """
+    return read_tensors(path, MAPS_HEADER, "run the job that makes it again")[0]
 
 
 def read_explorations(paths: Sequence[Path]) -> Explorations:

@@ -16,10 +16,9 @@ wildcard_constraints:
 
 # No exploration is asked for of a method that cannot run here; its row in the table says why.
 BUILDINGS = list(settings.slam.buildings) if settings.slam else []
+UNABLE = absent_explorers(settings)
 EXPLORING = [
-    name
-    for name in (settings.slam.methods if BUILDINGS else [])
-    if name not in absent_explorers(settings)
+    name for name in (settings.slam.methods if BUILDINGS else []) if name not in UNABLE
 ]
 
 
@@ -94,9 +93,7 @@ def slam_tables(wildcards):
 def exploration_tables(wildcards):
     """Return the table of explorations and their figures, for the target ``explore``."""
     if not EXPLORING:
-        why = "; ".join(
-            f"{name}: {reason}" for name, reason in absent_explorers(settings).items()
-        )
+        why = "; ".join(f"{name}: {reason}" for name, reason in UNABLE.items())
         sys.exit(
             f"error: configuration: slam.methods: none can explore here ({why}); add one, such as nearest"
         )

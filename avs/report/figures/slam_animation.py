@@ -12,18 +12,18 @@ import torch
 from PIL import Image
 from torch.nn import Parameter
 
+from avs.report.collect_explorations import read_maps
 from avs.slam.building.opened_building import open_simulator
 from avs.slam.building.robot_camera import CameraSettings, Pose, camera_at
 from avs.slam.building.side_files import mesh_digest
 from avs.slam.building.simulator import Simulator
 from avs.slam.evaluation.top_view import CELL
-from avs.slam.loop.exploration_record import MAPS_HEADER, ExplorationRecord
+from avs.slam.loop.exploration_record import ExplorationRecord
 from avs.slam.loop.slam_settings import SlamSettings
 from avs.slam.mapping.gaussian_map import NAMES, MapTensors, map_seen
 from avs.system.errors import UserError
 from avs.system.files import atomic_path
 from avs.system.records import read_record
-from avs.system.tensor_files import read_tensors
 
 Picture = npt.NDArray[np.uint8]
 Place = Callable[[Pose], tuple[int, int]]
@@ -54,7 +54,7 @@ def write_slam_animation(record: Path, maps: Path, mesh: Path, out: Path) -> Non
     if mesh_digest(mesh) != told.building_hash:
         raise UserError(mesh, f"is not the building that {record} explored", "run the exploration again")
     settings = SlamSettings.model_validate(told.settings)
-    arrays = read_tensors(maps, MAPS_HEADER, "run the job that makes it again")[0]
+    arrays = read_maps(maps)
     tensors: MapTensors = {name: Parameter(torch.from_numpy(arrays[name].copy())) for name in NAMES}
     simulator = open_simulator(mesh, settings.simulator)
     poses = [Pose(*row) for row in arrays["trajectory"].tolist()]

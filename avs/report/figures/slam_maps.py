@@ -10,20 +10,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from avs.report.collect_explorations import read_maps
 from avs.report.figures.figure_files import STYLE, save_figure
 from avs.report.formats.plain_text import one_line
 from avs.slam.evaluation.top_view import CEILING, CELL
-from avs.slam.loop.exploration_record import MAPS_HEADER, ExplorationRecord
+from avs.slam.loop.exploration_record import ExplorationRecord
 from avs.system.errors import UserError
 from avs.system.records import read_record
-from avs.system.tensor_files import read_tensors
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-_REMEDY = "run the job that makes it again"
 _COLUMN = 0.05  # metres of a pixel of a map
 _COLUMNS = 3
 _PANEL_WIDTH = 2.9  # inches
@@ -80,7 +79,7 @@ def write_slam_maps(records: Sequence[Path], maps: Sequence[Path], out: Path) ->
 
 
 def _read(path: Path, arrays: Path) -> _Explored:
-    return _Explored(read_record(path, ExplorationRecord), read_tensors(arrays, MAPS_HEADER, _REMEDY)[0])
+    return _Explored(read_record(path, ExplorationRecord), read_maps(arrays))
 
 
 def _box(explored: Sequence[_Explored]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:

@@ -8,16 +8,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from avs.report.collect_explorations import read_maps
 from avs.report.page.page_pictures import picture
 from avs.report.page.page_settings import PageSettings
 from avs.report.page.script_files import plain_tree, rounded, write_script
 from avs.slam.evaluation.top_view import CELL
-from avs.slam.loop.exploration_record import MAPS, MAPS_HEADER, Decision, ExplorationMeta, ExplorationRecord
+from avs.slam.loop.exploration_record import MAPS, Decision, ExplorationMeta, ExplorationRecord
 from avs.system.files import file_hash
 from avs.system.records import read_record
-from avs.system.tensor_files import read_tensors
 
-_REMEDY = "run the job that makes it again"
 _MOST_PIXELS = 900  # a map needs more than a photograph
 
 
@@ -34,7 +33,7 @@ def write_exploration_script(record: Path, settings: PageSettings, page: Path) -
     """
     told = read_record(record, ExplorationRecord)
     meta = read_record(record.with_name("exploration.meta.json"), ExplorationMeta)
-    arrays = read_tensors(record.with_name(MAPS), MAPS_HEADER, _REMEDY)[0]
+    arrays = read_maps(record.with_name(MAPS))
     facts = {
         "building": told.building,
         "method": told.method,

@@ -92,15 +92,10 @@ def program_of(settings: SlamSettings, weights: Path | None) -> str:
 
 
 def _made_of(exploration: Exploration, code: str) -> dict[str, Any]:
-    settings = exploration.settings.model_dump(mode="json")
-    return json.loads(  # type: ignore[no-any-return]
-        json.dumps(
-            {
-                "code": code,
-                "building": exploration.world.name,
-                "mesh": exploration.world.digest,
-                "seed": exploration.seed,
-                "settings": settings,
-            }
-        )
-    )
+    return {
+        "code": code,
+        "building": exploration.world.name,
+        "mesh": exploration.world.digest,
+        "seed": exploration.seed,
+        "settings": exploration.settings.model_dump(mode="json"),
+    }

@@ -15,7 +15,7 @@ from avs.scene.cameras import Cameras
 from avs.slam.building.robot_camera import camera_at
 from avs.slam.exploration.planned_paths import PlannedPath
 from avs.slam.mapping.gaussian_map import MapTensors, camera_tensors
-from avs.slam.scoring.path_scorer import FloatArray, Moment, Shortlist
+from avs.slam.scoring.path_scorer import FloatArray, Moment, Shortlist, spread_keyframes
 from avs.slam.scoring.path_settings import FisherPathSettings
 
 
@@ -76,10 +76,7 @@ class FisherPathScorer:
     def _of_keyframes(self, moment: Moment) -> FloatArray:
         """Return the sum ``[n, 4]`` over the keyframes, computed once for each decision."""
         if self._known is None or self._known[0] != moment.decision:
-            keyframes = list(moment.keyframes)
-            if self.settings.keyframes is not None and len(keyframes) > self.settings.keyframes:
-                places = np.linspace(0, len(keyframes) - 1, self.settings.keyframes).round().astype(int)
-                keyframes = [keyframes[place] for place in places]
+            keyframes = spread_keyframes(moment, self.settings.keyframes)
             known = np.zeros((len(moment.tensors["means"]), 4))
             for one in self._information(moment, [keyframe.camera for keyframe in keyframes]):
                 known[one.rows] += one.values

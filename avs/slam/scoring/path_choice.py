@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from avs.selection.contract import Resources
-from avs.selection.registry import create_settings, find
+from avs.selection.registry import create_settings, find, needed
 from avs.slam.evaluation.seen_surface import SeenSurface
 from avs.slam.scoring.able_methods import why_not_exploring
 from avs.slam.scoring.fisher_path_scorer import FisherPathScorer
@@ -42,8 +42,7 @@ def build_scorer(settings: PathScorerSettings, surface: SeenSurface, resources: 
         return FisherPathScorer(settings)
     method = find(settings.method).method
     own = create_settings(settings.method, settings.settings)
-    needs = method.needs if own.needs is None else own.needs
-    fault = why_not_exploring(method, needs)
+    fault = why_not_exploring(method, needed(settings.method, own))
     if fault is not None:
         raise UserError(f"method {settings.method}", fault, "choose another method for the exploration")
     return SelectorScorer(method, method.selector(own, resources), settings)

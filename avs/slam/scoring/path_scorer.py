@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from avs.scene.even_places import evenly_spread
 from avs.slam.building.robot_camera import CameraSettings, Pose
 from avs.slam.exploration.frontiers import Candidate
 from avs.slam.exploration.planned_paths import PlannedPath
@@ -72,6 +73,12 @@ class PathScorer(Protocol):
     def score(self, moment: Moment, listed: Shortlist, paths: Sequence[PlannedPath]) -> FloatArray:
         """Return one finite score for each of the n paths, ``[n]``; n is at least 1."""
         ...
+
+
+def spread_keyframes(moment: Moment, limit: int | None) -> list[Keyframe]:
+    """Return at most ``limit`` of the keyframes, evenly spread, the first among them; None: all."""
+    count = len(moment.keyframes)
+    return [moment.keyframes[place] for place in evenly_spread(count, count if limit is None else limit)]
 
 
 def drawn(moment: Moment, count: int) -> Shortlist:

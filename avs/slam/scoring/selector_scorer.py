@@ -14,7 +14,7 @@ from avs.selection.untouched import untouched
 from avs.slam.building.robot_camera import Pose, cameras_at
 from avs.slam.exploration.planned_paths import PlannedPath
 from avs.slam.mapping.map_view import MapView
-from avs.slam.scoring.path_scorer import FloatArray, Moment, Shortlist, drawn
+from avs.slam.scoring.path_scorer import FloatArray, Moment, Shortlist, drawn, spread_keyframes
 from avs.slam.scoring.path_settings import SelectorPathSettings
 from avs.system.errors import UserError
 
@@ -62,9 +62,7 @@ class SelectorScorer:
 
     def _captured(self, moment: Moment) -> Views:
         """Return keyframes as captured views; the first is always among them."""
-        keyframes, limit = list(moment.keyframes), self._settings.keyframes
-        if limit is not None and len(keyframes) > limit:
-            keyframes = [keyframes[place] for place in np.linspace(0, len(keyframes) - 1, limit).round().astype(int)]
+        keyframes = spread_keyframes(moment, self._settings.keyframes)
         return Views(
             concatenate([keyframe.camera for keyframe in keyframes]),
             tuple(keyframe.rgb for keyframe in keyframes),
