@@ -76,10 +76,9 @@ class CoverageTableJob(RowsJob):
     lacking: Reason | None = Field(description="why there is no coverage at all, or null")
 
 
-class PageSceneJob(FigureJob):
+class PageSceneJob(RowsJob):
     """What the scripts of a scene's part of the page read."""
 
-    absent: dict[str, Reason] = Field(description="why a method has no episode, by identifier")
     page: PageSettings = Field(description="what the page holds")
     share: float = Field(ge=0, le=1, description="of the page's limit of bytes that one scene has")
 
@@ -90,10 +89,9 @@ class PageExplorationJob(StrictModel):
     page: PageSettings = Field(description="what the page holds")
 
 
-class PageJob(FigureJob):
+class PageJob(RowsJob):
     """What the page reads."""
 
-    absent: dict[str, Reason] = Field(description="why a method does not run, by identifier")
     scale: str = Field(description="name of the run")
     data_sets: tuple[str, ...] = Field(description="names of the data sets, in order")
     config: dict[str, Any] = Field(description="the whole configuration")

@@ -10,16 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from avs.coverage.coverage_record import Coverage
+from avs.coverage.episode_coverage import COVERED, DISTANCE
 from avs.report.page.script_files import encoded, rounded
 from avs.scene.even_places import evenly_spread
 from avs.sfm.cloud_file import read_cloud
 from avs.system.errors import UserError
 from avs.system.records import read_record
 
-COVERED = "covered.ply"
-"""Name of the cloud beside the record, the reference with the distances of its points."""
-
-_DISTANCE = "distance"
 _DECADES = 1.0  # of the scale of colours, on each side of the threshold
 _REMEDY = "run the job that makes it again"
 
@@ -66,7 +63,7 @@ def read_coverage_page(path: Path, scene_hash: str, most: int) -> CoveragePage:
         return CoveragePage(facts, None)
     cloud, fields = read_cloud(path.with_name(COVERED), _REMEDY)
     rows = evenly_spread(len(cloud), most)
-    shares = fields[_DISTANCE][rows].astype(np.float64) / record.extent
+    shares = fields[DISTANCE][rows].astype(np.float64) / record.extent
     facts["distances"] = encoded(_levels(shares, float(record.settings["threshold"])).tobytes())
     return CoveragePage(
         facts,

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from avs.nvs.record import Episode
 from avs.report.figures.overview import outline_depth, overview_of
-from avs.representations.gaussians.ply import read_ply
+from avs.report.page.exported_model import SPLATS, read_exported_model
 from avs.scene.cameras import Cameras
 from avs.scene.scene import Scene, read_scene
 from avs.system.errors import UserError
@@ -25,7 +25,6 @@ HOST = "127.0.0.1"
 
 Color = tuple[int, int, int]
 
-_HARMONIC = 0.28209479177387814  # of degree 0
 _ROLES: dict[str, Color] = {
     "initial": (32, 38, 44),
     "selected": (11, 92, 173),
@@ -56,7 +55,7 @@ def serve_episode(record: Path, scene_folder: Path, port: int) -> Any:  # noqa: 
         raise UserError(scene_folder, "is not the scene of the episode", "name its scene with --scene")
     server = viser.ViserServer(host=HOST, port=port, verbose=False)
     server.scene.set_up_direction(tuple(overview_of(scene.cameras[scene.pool]).up))
-    _add_model(server, record.with_name("splats.ply"), scene)
+    _add_model(server, record.with_name(SPLATS), scene)
     _add_steps(server, episode, scene)
     return server
 
@@ -66,13 +65,13 @@ def _add_model(server: Any, path: Path, scene: Scene) -> None:  # noqa: ANN401
     if not path.exists():
         server.scene.add_point_cloud("/points", scene.points.positions, scene.points.colors, point_size=0.01)
         return
-    found = {name: values.numpy().astype(np.float64) for name, values in read_ply(path, scene.to_capture).items()}
+    model = read_exported_model(path, scene.to_capture)
     server.scene.add_gaussian_splats(
         "/model",
-        centers=found["means"].astype(np.float32),
-        covariances=covariances(found["quats"], np.exp(found["scales"])).astype(np.float32),
-        rgbs=np.clip(0.5 + _HARMONIC * found["sh"][:, 0], 0, 1).astype(np.float32),
-        opacities=(1 / (1 + np.exp(-found["opacities"])))[:, None].astype(np.float32),
+        centers=model.means.astype(np.float32),
+        covariances=covariances(model.quats, model.scales).astype(np.float32),
+        rgbs=model.colors.astype(np.float32),
+        opacities=model.opacities[:, None].astype(np.float32),
     )
 
 
@@ -132,16 +131,9 @@ def covariances(quats: npt.NDArray[np.float64], scales: npt.NDArray[np.float64])
         quats: ``[n, 4]`` rotations as (w, x, y, z), of any length but zero.
         scales: ``[n, 3]`` standard deviations along the rotated axes.
     """
-    w, x, y, z = (quats / np.linalg.norm(quats, axis=1, keepdims=True)).T
-    rotations = np.stack(
-        [
-            np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)], axis=1),
-            np.stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)], axis=1),
-            np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=1),
-        ],
-        axis=1,
-    )
-    halves = rotations * scales[:, None, :]
+    from scipy.spatial.transform import Rotation
+
+    halves = Rotation.from_quat(quats[:, [1, 2, 3, 0]]).as_matrix() * scales[:, None, :]
     product: npt.NDArray[np.float64] = halves @ halves.transpose(0, 2, 1)
     return product
 

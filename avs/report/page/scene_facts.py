@@ -9,9 +9,8 @@ import numpy as np
 
 from avs.nvs.record import Episode
 from avs.report.collect import Episodes, image_mean
-from avs.report.figures.method_lines import called, group_colours
 from avs.report.figures.overview import outline_depth, outlines, overview_of
-from avs.report.methods import presented
+from avs.report.page.method_facts import method_facts
 from avs.report.page.page_settings import PageSettings
 from avs.report.page.script_files import encoded, rounded
 from avs.scene.even_places import evenly_spread
@@ -52,25 +51,6 @@ def scene_facts(
             for (_, seed), episode in cells.items()
         },
     }
-
-
-def method_facts(methods: Sequence[str], episodes: Episodes, absent: Mapping[str, Reason]) -> list[dict[str, Any]]:
-    """Return how each method is presented, in order: name, group, colour, and why it has no episode."""
-    shown = [presented(method, episodes) for method in methods]
-    groups = [called(each.identifier, each.group) for each in shown]
-    colours = group_colours(groups)
-    return [
-        {
-            "id": each.identifier,
-            "label": each.label,
-            "group": each.group,
-            "proposed": each.proposed,
-            "ranked": each.ranked,
-            "colour": colours.get(group, "#8A8A8A"),
-            "absent": str(absent[each.identifier]) if each.identifier in absent else None,
-        }
-        for each, group in zip(shown, groups, strict=True)
-    ]
 
 
 def _cameras(scene: Scene) -> dict[str, Any]:

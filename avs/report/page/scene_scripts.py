@@ -13,6 +13,7 @@ from avs.nvs.record import Episode
 from avs.report.collect import Episodes, read_dataset
 from avs.report.page.coverage_facts import read_coverage_page
 from avs.report.page.episode_facts import episode_facts
+from avs.report.page.exported_model import SPLATS
 from avs.report.page.page_pictures import picture, pictures
 from avs.report.page.page_settings import PageSettings
 from avs.report.page.scene_facts import scene_facts
@@ -24,9 +25,6 @@ from avs.system.errors import UserError
 from avs.system.files import atomic_folder
 from avs.system.reasons import Reason
 from avs.system.records import read_record
-
-SPLATS = "splats.ply"
-"""Name of the model that an episode of Gaussians exports."""
 
 
 @dataclass(frozen=True)
@@ -134,8 +132,8 @@ def _add_photographs(scripts: _Scripts, scene: Scene, episodes: Episodes, settin
     """Add the photographs that an episode captured, and those of its test images of which renderings are kept."""
     named: dict[str, None] = {}
     for episode in sorted(episodes.all, key=lambda each: each.seed):
-        named |= dict.fromkeys([*([] if episode.pictures is None else episode.pictures.test)])
-        named |= dict.fromkeys([*episode.initial, *episode.selected])
+        kept = [] if episode.pictures is None else episode.pictures.test
+        named |= dict.fromkeys([*kept, *episode.initial, *episode.selected])
     found = {}
     for name in named:
         place = scene.names.index(name)

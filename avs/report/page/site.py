@@ -12,7 +12,7 @@ from typing import Any
 from avs.report.figures.captions import read_caption
 from avs.report.formats.table_record import read_table_record
 from avs.report.page.figure_places import FIGURE_SECTIONS, figure_place
-from avs.report.page.method_sources import method_sources
+from avs.report.page.method_facts import method_sources
 from avs.report.page.script_files import plain_tree, script_text, write_script
 from avs.report.page.table_facts import SECTIONS, table_facts, table_place
 from avs.report.published import called
@@ -48,8 +48,6 @@ SCRIPTS = (
 """The scripts of the page without suffix, in the order in which they are loaded."""
 
 STATIC = "static"
-BUNDLE = "splats.bundle.js"
-"""What shows models; it is loaded when one is opened."""
 
 
 @dataclass(frozen=True)

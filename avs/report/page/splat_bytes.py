@@ -11,10 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from avs.representations.gaussians.ply import read_ply
+from avs.report.page.exported_model import read_exported_model
 from avs.scene.similarity import Similarity
 
-_HARMONIC = 0.28209479177387814  # of degree 0
 _ROW = np.dtype([("position", "<f4", 3), ("scale", "<f4", 3), ("rgba", "u1", 4), ("rotation", "u1", 4)])
 
 
@@ -32,14 +31,13 @@ def splat_bytes(path: Path, to_capture: Similarity, most: int) -> tuple[bytes, i
     Raises:
         UserError: the file is missing or damaged.
     """
-    found = {name: values.numpy().astype(np.float64) for name, values in read_ply(path, to_capture).items()}
-    opacities, scales = 1 / (1 + np.exp(-found["opacities"])), np.exp(found["scales"])
-    areas = (scales.prod(axis=1, keepdims=True) / scales).mean(axis=1)
-    order = np.argsort(-opacities * areas, kind="stable")[:most]
-    colors = np.concatenate([0.5 + _HARMONIC * found["sh"][:, 0], opacities[:, None]], axis=1)
-    turns = found["quats"] / np.maximum(np.linalg.norm(found["quats"], axis=1, keepdims=True), 1e-12)
+    model = read_exported_model(path, to_capture)
+    areas = (model.scales.prod(axis=1, keepdims=True) / model.scales).mean(axis=1)
+    order = np.argsort(-model.opacities * areas, kind="stable")[:most]
+    colors = np.concatenate([model.colors, model.opacities[:, None]], axis=1)
+    turns = model.quats / np.maximum(np.linalg.norm(model.quats, axis=1, keepdims=True), 1e-12)
     rows = np.empty(len(order), dtype=_ROW)
-    rows["position"], rows["scale"] = found["means"][order], scales[order]
-    rows["rgba"] = np.rint(np.clip(colors[order], 0, 1) * 255)
+    rows["position"], rows["scale"] = model.means[order], model.scales[order]
+    rows["rgba"] = np.rint(colors[order] * 255)
     rows["rotation"] = np.clip(np.rint(turns[order] * 128 + 128), 0, 255)
-    return rows.tobytes(), len(opacities)
+    return rows.tobytes(), len(model.opacities)

@@ -1,27 +1,28 @@
-"""What the page tells of each method: its source and its deviations, as its metadata state them."""
+"""What the page tells of each method: how it is presented, and its source and deviations as its metadata state them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from avs.report.collect import Episodes
 from avs.report.figures.method_lines import called, group_colours
 from avs.report.methods import presented
 from avs.selection import registry
 from avs.system.reasons import Reason
 
-GREY = "#8A8A8A"
-"""Colour of a group that has none of its own."""
 
-
-def method_sources(methods: Sequence[str], absent: Mapping[str, Reason]) -> list[dict[str, Any]]:
-    """Return the methods of a run in order, each with its metadata and why it does not run, if it does not.
+def method_facts(
+    methods: Sequence[str], episodes: Episodes | None, absent: Mapping[str, Reason]
+) -> list[dict[str, Any]]:
+    """Return how each method is presented, in order: name, group, colour, and why it does not run, if it does not.
 
     Args:
         methods: identifiers.
+        episodes: of which they are presented, or None for all of a run.
         absent: why one does not run, by identifier.
     """
-    shown = [presented(method) for method in methods]
+    shown = [presented(method, episodes) for method in methods]
     groups = [called(each.identifier, each.group) for each in shown]
     colours = group_colours(groups)
     return [
@@ -31,12 +32,16 @@ def method_sources(methods: Sequence[str], absent: Mapping[str, Reason]) -> list
             "group": each.group,
             "proposed": each.proposed,
             "ranked": each.ranked,
-            "colour": colours.get(group, GREY),
+            "colour": colours[group],
             "absent": str(absent[each.identifier]) if each.identifier in absent else None,
-            **_metadata(each.identifier),
         }
         for each, group in zip(shown, groups, strict=True)
     ]
+
+
+def method_sources(methods: Sequence[str], absent: Mapping[str, Reason]) -> list[dict[str, Any]]:
+    """Return the methods of a run as ``method_facts`` does, each with its source and settings."""
+    return [told | _metadata(told["id"]) for told in method_facts(methods, None, absent)]
 
 
 def _metadata(identifier: str) -> dict[str, Any]:
