@@ -6,21 +6,18 @@ nothing else. The command of the rule's name reads it back. A model that a lower
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from collections.abc import Callable
 
 from pydantic import Field
 
 from avs.config.configuration import protocol_of, variant_of
-from avs.config.method_weights import Absent, absent_methods, choosing_elsewhere, scoring_methods, weights_of
+from avs.config.method_weights import scoring_methods
+from avs.config.page_jobs import PAGE_JOBS
 from avs.config.paper_tables import FOLDER, published_means, published_scenes, side_by_side, with_memory
 from avs.config.report_jobs import (
     CoverageTableJob,
     DrawnJob,
     FigureJob,
-    PageExplorationJob,
-    PageJob,
-    PageSceneJob,
     RowsJob,
     SceneTableJob,
     SensitivityJob,
@@ -31,15 +28,8 @@ from avs.config.report_jobs import (
 from avs.config.run_config import Config, DataSet
 from avs.config.scenes import scenes_in, timed_scene
 from avs.config.scorer_jobs import SCORER_JOBS
-from avs.config.slam_config import (
-    BuildingJob,
-    SlamConfig,
-    SlamFigureJob,
-    exploration_settings,
-    explorers,
-    slam_figure,
-    untrained,
-)
+from avs.config.shown_records import records_of, rows_of
+from avs.config.slam_jobs import SLAM_JOBS
 from avs.config.studied import studied_methods
 from avs.coverage.coverage_settings import CoverageJob, CoverageSettings, ReferenceJob
 from avs.datasets.folder_reader import FolderReader
@@ -60,28 +50,6 @@ class SceneJob(StrictModel):
     dataset: str = Field(description="name of the data set")
     scene: DataSet = Field(description="settings of the scene alone")
     points: NeededPoints | None = Field(default=None, description="what the reconstruction needs of its points")
-
-
-def _records(config: Config, *datasets: str) -> dict[str, Any]:
-    """Return which records a table or figure holds: those of these data sets, or of all that are evaluated."""
-    names = datasets or config.evaluated
-    shown = {method for name in names for method in config.methods_on(name)}
-    methods = config.methods_on(*names) if len(names) == 1 else [each for each in config.methods if each in shown]
-    scenes = {name: tuple(scenes_in(config.datasets[name])) for name in names}
-    return {"methods": methods, "scenes": scenes, "seeds": config.seeds}
-
-
-def _rows(config: Config, dataset: str, *, that_choose: bool = False) -> dict[str, Any]:
-    """Return the records of a data set, and why some of its methods have no number.
-
-    Args:
-        config: of the run.
-        dataset: name of the data set.
-        that_choose: whether methods that choose nothing have none, either.
-    """
-    records = _records(config, dataset)
-    absent = (choosing_elsewhere(config) if that_choose else {}) | absent_methods(config)
-    return records | {"absent": {method: why for method, why in absent.items() if method in records["methods"]}}
 
 
 def _scene(config: Config, name: str) -> SceneJob:
@@ -140,7 +108,7 @@ def _runtime(config: Config, method: str) -> TimingSettings:
 
 def _runtime_table(config: Config, _: str) -> RowsJob:
     dataset, scene = timed_scene(config)
-    return RowsJob(**_rows(config, dataset, that_choose=True) | {"scenes": {dataset: (scene,)}})
+    return RowsJob(**rows_of(config, dataset, that_choose=True) | {"scenes": {dataset: (scene,)}})
 
 
 def _nvs_table(config: Config, dataset: str) -> TableJob:
@@ -148,7 +116,7 @@ def _nvs_table(config: Config, dataset: str) -> TableJob:
     reader = config.datasets[dataset]
     pictures = reader.model_dump(include=set(PICTURES)) if isinstance(reader, FolderReader) else {}
     return TableJob(
-        **_rows(config, dataset),
+        **rows_of(config, dataset),
         published=published_means(config, dataset),
         reference=config.report.reference,
         left_out=left_out,
@@ -161,7 +129,7 @@ def _side_by_side_table(config: Config, _: str) -> SideBySideJob:
 
 
 def _scene_table(config: Config, dataset: str) -> SceneTableJob:
-    return SceneTableJob(**_rows(config, dataset), published=published_scenes(config, dataset))
+    return SceneTableJob(**rows_of(config, dataset), published=published_scenes(config, dataset))
 
 
 def _runtime_summary(config: Config, summary: str) -> SummaryJob:
@@ -172,15 +140,15 @@ def _runtime_summary(config: Config, summary: str) -> SummaryJob:
 
 
 def _significance_table(config: Config, dataset: str) -> RowsJob:
-    return RowsJob(**_rows(config, dataset))
+    return RowsJob(**rows_of(config, dataset))
 
 
 def _critical_difference(config: Config, dataset: str) -> FigureJob:
-    return FigureJob(**_records(config, dataset))
+    return FigureJob(**records_of(config, dataset))
 
 
 def _ranking_table(config: Config, dataset: str) -> RowsJob:
-    return RowsJob(**_rows(config, dataset, that_choose=True))
+    return RowsJob(**rows_of(config, dataset, that_choose=True))
 
 
 def _sensitivity_episode(config: Config, name: str) -> EpisodeSettings:
@@ -190,16 +158,16 @@ def _sensitivity_episode(config: Config, name: str) -> EpisodeSettings:
 
 def _sensitivity_table(config: Config, dataset: str) -> SensitivityJob:
     variants = () if config.sensitivity is None else tuple(config.sensitivity.variants)
-    return SensitivityJob(**_rows(config, dataset) | {"methods": studied_methods(config, dataset)}, variants=variants)
+    return SensitivityJob(**rows_of(config, dataset) | {"methods": studied_methods(config, dataset)}, variants=variants)
 
 
 def _figure(config: Config, _: str) -> FigureJob:
-    return FigureJob(**_records(config))
+    return FigureJob(**records_of(config))
 
 
 def _drawn(config: Config, dataset: str) -> DrawnJob:
     """Return what a figure of one data set reads, or one of all."""
-    records = _records(config, *([dataset] if dataset else []))
+    records = records_of(config, *([dataset] if dataset else []))
     return DrawnJob(**records, figures=config.report.figures, reference=config.report.reference)
 
 
@@ -222,68 +190,11 @@ def _coverage(config: Config, _: str) -> CoverageJob:
 
 def _coverage_table(config: Config, dataset: str) -> CoverageTableJob:
     return CoverageTableJob(
-        **_rows(config, dataset),
+        **rows_of(config, dataset),
         published=f"{FOLDER}/{COVERAGE_NAME}",
         reference=config.report.reference,
         lacking=coverage_lacking(config),
     )
-
-
-def _slam(config: Config) -> SlamConfig:
-    if config.slam is None:
-        raise LookupError("no explorations")  # settings of an earlier run may be there
-    return config.slam
-
-
-def _building(config: Config, name: str) -> BuildingJob:
-    return BuildingJob(building=_slam(config).buildings[name])
-
-
-def _exploration(config: Config, name: str) -> StrictModel:
-    building, method = name.split("/")
-    return exploration_settings(_slam(config), building, method)
-
-
-def _slam_figure(config: Config, _: str) -> SlamFigureJob:
-    return slam_figure(_slam(config), absent_explorers(config))
-
-
-def absent_explorers(config: Config) -> dict[str, Reason]:
-    """Return why each method of Task A that is to explore cannot run here, by the identifier that it has there."""
-    lacking = untrained(config.slam, config.scorers)
-    able = {name: told for name, told in explorers(config.slam).items() if name not in lacking}
-    answers = {name: weights_of(config, told.method) for name, told in able.items()}
-    return lacking | {name: answer.reason for name, answer in answers.items() if isinstance(answer, Absent)}
-
-
-def _page_scene(config: Config, dataset: str) -> PageSceneJob:
-    """Return what the part of the page of each scene of a data set reads."""
-    episodes = {name: len(config.methods_on(name)) * len(scenes_in(config.datasets[name])) for name in config.evaluated}
-    share = len(config.methods_on(dataset)) / max(sum(episodes.values()), 1)
-    return PageSceneJob(**_rows(config, dataset), page=config.report.page, share=share)
-
-
-def _page_exploration(config: Config, _: str) -> PageExplorationJob:
-    return PageExplorationJob(page=config.report.page)
-
-
-def _page(config: Config, _: str) -> PageJob:
-    told = None if config.slam is None or not config.slam.with_tables else config.slam
-    runs = () if told is None else _explored(told.methods, told.seeds, absent_explorers(config))
-    return PageJob(
-        **_records(config),
-        absent=absent_methods(config),
-        scale=config.scale,
-        data_sets=config.evaluated,
-        config=config.model_dump(mode="json"),
-        explorations={} if told is None else dict.fromkeys(told.buildings, runs),
-    )
-
-
-def _explored(
-    methods: Iterable[str], seeds: Iterable[int], absent: Mapping[str, Reason]
-) -> tuple[tuple[str, int], ...]:
-    return tuple((name, seed) for name in methods if name not in absent for seed in seeds)
 
 
 def coverage_lacking(config: Config) -> Reason | None:
@@ -319,12 +230,8 @@ JOBS: dict[str, Callable[[Config, str], StrictModel]] = {
     "score_maps": _drawn,
     "teaser": _timed_drawn,
     "time_and_psnr": _timed_drawn,
-    "building": _building,
-    "exploration": _exploration,
-    "slam_figure": _slam_figure,
-    "page_scene": _page_scene,
-    "page_exploration": _page_exploration,
-    "page": _page,
+    **SLAM_JOBS,
+    **PAGE_JOBS,
 }
 """What makes the settings of a rule's jobs: from the configuration and the name of a method, scene, data set or scorer,
 those of a variant and a method, or which of two tables. Where all jobs of a rule read the same, that name is empty."""

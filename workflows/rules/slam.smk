@@ -1,8 +1,8 @@
 # Active SLAM: one exploration per building, method and seed.
 
-from avs.config.jobs import absent_explorers
 from avs.config.paper_tables import FOLDER
 from avs.config.slam_config import explorers
+from avs.config.slam_jobs import absent_explorers
 from avs.report.published import SLAM_NAME
 from avs.slam.building.side_files import side_files
 
