@@ -16,4 +16,13 @@ Log = Annotated[Path | None, typer.Option(help="file for everything that is prin
 SettingsFile = Annotated[Path, typer.Option(help="settings, a JSON file written by the workflow")]
 Out = Annotated[Path, typer.Option(help="what to write")]
 Stem = Annotated[Path, typer.Option(help="path of what to write, without suffix")]
+MethodWeights = Annotated[
+    list[str] | None, typer.Option(help="METHOD=FILE, the weights of a method; once for each that needs some")
+]
 Weights = Annotated[Path | None, typer.Option(help="weights that the method needs, if any")]
+
+
+def weights_by_method(told: list[str] | None) -> dict[str, Path]:
+    """Return the files of ``MethodWeights`` by the identifier of the method."""
+    pairs = (each.partition("=") for each in told or [])
+    return {method: Path(path) for method, _, path in pairs}

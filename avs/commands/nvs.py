@@ -7,7 +7,17 @@ from typing import Annotated
 
 import typer
 
-from avs.commands.arguments import DeviceName, Log, Out, SceneFolder, Seed, SettingsFile, Weights
+from avs.commands.arguments import (
+    DeviceName,
+    Log,
+    MethodWeights,
+    Out,
+    SceneFolder,
+    Seed,
+    SettingsFile,
+    Weights,
+    weights_by_method,
+)
 from avs.system.compatibility import limit_threads
 from avs.system.job_process import job
 from avs.system.records import read_settings
@@ -42,9 +52,7 @@ def common_states(
     seed: Seed,
     settings: SettingsFile,
     out: Out,
-    weights: Annotated[
-        list[str] | None, typer.Option(help="METHOD=FILE, the weights of a method; once for each that needs some")
-    ] = None,
+    weights: MethodWeights = None,
     log: Log = None,
 ) -> None:
     """Let all methods score the same candidates of one reconstruction, and measure the truth of them."""
@@ -53,9 +61,8 @@ def common_states(
         from avs.nvs.common_states_settings import CommonStatesJob
 
         limit_threads()
-        pairs = (each.partition("=") for each in weights or [])
-        files = {method: Path(path) for method, _, path in pairs}
-        write_common_states(scene, read_settings(settings, CommonStatesJob), seed, files, out, console.progress)
+        told, files = read_settings(settings, CommonStatesJob), weights_by_method(weights)
+        write_common_states(scene, told, seed, files, out, console.progress)
 
 
 @commands.command()

@@ -9,7 +9,6 @@ from typing import Annotated
 
 import typer
 
-from avs.system.errors import UserError
 from avs.system.job_process import job
 
 commands = typer.Typer()
@@ -25,19 +24,14 @@ def status(
 ) -> None:
     """Print how many jobs of a run are done, running, failed and to come, and the time left."""
     with job(None):
-        from avs.config.run_plan import RunPlan
+        from avs.config.run_plan import PLAN_NAME, read_plan
         from avs.config.run_progress import job_statuses, mean_seconds, status_lines
-        from avs.system.records import read_record
         from avs.system.resume import runs_in
 
-        written = results / "plan.json"
-        if not written.exists():
-            raise UserError(written, "is not there", "name the results of a run that has begun, such as results/ci")
         follows = sys.stdout.isatty() and not once
         while True:
             is_alive = next(runs_in(Path.cwd()), None) is not None
-            plan = read_record(written, RunPlan, "begin the run again, which writes it")
-            statuses = job_statuses(plan, written.stat().st_mtime, is_alive)
+            statuses = job_statuses(read_plan(results), (results / PLAN_NAME).stat().st_mtime, is_alive)
             text = "\n".join(status_lines(statuses, mean_seconds(), is_alive))
             print((_CLEAR if follows else "") + text, flush=True)
             if not (follows and is_alive):

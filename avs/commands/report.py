@@ -8,9 +8,8 @@ from typing import Annotated, Literal
 import typer
 
 from avs.commands.arguments import Episodes, Log, SettingsFile, Stem
-from avs.system.errors import UserError
 from avs.system.job_process import job
-from avs.system.records import read_record, read_settings
+from avs.system.records import read_settings
 
 commands = typer.Typer()
 
@@ -159,14 +158,11 @@ def runtime_summary(
 def report(results: Annotated[Path, typer.Argument(help="folder of a run's results, such as results/ci")]) -> None:
     """Tabulate what is there of a run that has not come to its end, each gap with its cause, and print the tables."""
     with job(None):
-        from avs.config.run_plan import RunPlan
+        from avs.config.run_plan import read_plan
         from avs.config.unfinished_run import unfinished
         from avs.report.incomplete import write_incomplete_tables
 
-        written = results / "plan.json"
-        if not written.exists():
-            raise UserError(written, "is not there", "name the results of a run that has begun, such as results/ci")
-        plan = read_record(written, RunPlan, "begin the run again, which writes it")
+        plan = read_plan(results)
         out = results / "tables_incomplete"
         tables, left_out = write_incomplete_tables(unfinished(plan), out)
         print("\n".join([*tables, *left_out, *([f"All tables: {out}"] if tables else [])]))

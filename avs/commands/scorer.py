@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from avs.commands.arguments import Log, Out, SceneFolder, Seed, SettingsFile
+from avs.commands.arguments import Log, MethodWeights, Out, SceneFolder, Seed, SettingsFile, weights_by_method
 from avs.system.compatibility import limit_threads
 from avs.system.job_process import job
 from avs.system.records import read_settings
@@ -66,9 +66,7 @@ def held_out_scores(
     other: Annotated[Path, typer.Option(help="renderings of another scene, for references that are none of its own")],
     settings: SettingsFile,
     out: Out,
-    weights: Annotated[
-        list[str] | None, typer.Option(help="METHOD=FILE, the weights of a method; once for each that needs some")
-    ] = None,
+    weights: MethodWeights = None,
     log: Log = None,
 ) -> None:
     """Let networks, metrics and plain numbers score the renderings of a held-out scene."""
@@ -77,6 +75,5 @@ def held_out_scores(
         from avs.iqa.held_out.held_out_settings import HeldOutJob
 
         limit_threads()
-        pairs = (each.partition("=") for each in weights or [])
-        files = {method: Path(path) for method, _, path in pairs}
-        write_held_out_scores(data, other, read_settings(settings, HeldOutJob), files, out, console.progress)
+        told, files = read_settings(settings, HeldOutJob), weights_by_method(weights)
+        write_held_out_scores(data, other, told, files, out, console.progress)

@@ -5,10 +5,17 @@ The workflow writes it before the first job, so that a run can be tabulated that
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from pydantic import Field
 
 from avs.config.run_config import Config
+from avs.system.errors import UserError
 from avs.system.models import StrictModel
+from avs.system.records import read_record
+
+PLAN_NAME = "plan.json"
+"""Name of the file in the folder of the results."""
 
 
 class RunPlan(StrictModel):
@@ -27,3 +34,15 @@ class RunPlan(StrictModel):
         default_factory=dict,
         description="what each job is told of the files that it reads and no job makes, by its log",
     )
+
+
+def read_plan(results: Path) -> RunPlan:
+    """Read the plan of the run whose results lie in a folder.
+
+    Raises:
+        UserError: there is none, or it is damaged.
+    """
+    written = results / PLAN_NAME
+    if not written.exists():
+        raise UserError(written, "is not there", "name the results of a run that has begun, such as results/ci")
+    return read_record(written, RunPlan, "begin the run again, which writes it")

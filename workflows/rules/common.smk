@@ -87,6 +87,17 @@ def repeated(option, paths):
     return [f"{option} {path}" for path in paths]
 
 
+def asked_for(*targets):
+    """Return the files that the inputs of targets name, each once, in order."""
+    found = [
+        each(None) if callable(each) else each for target in targets for each in target
+    ]
+    paths = [
+        path for each in found for path in ([each] if isinstance(each, str) else each)
+    ]
+    return list(dict.fromkeys(map(str, paths)))
+
+
 rule kernels:
     input:
         code=sources("avs.representations.gaussians.compilation"),

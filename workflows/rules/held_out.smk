@@ -4,6 +4,7 @@ from avs.config.held_out_jobs import held_out_methods, held_out_scenes, other_sc
 
 HELD_OUT = f"{RESULTS}/held_out/{{dataset}}/{{scene}}.json"
 HELD_OUT_SCENES = held_out_scenes(settings)
+HELD_OUT_METHODS = held_out_methods(settings)
 
 
 def held_out_records(wildcards):
@@ -27,29 +28,20 @@ def other_distortions(wildcards):
 
 def held_out_code(wildcards):
     """Return the source files of what scores held-out renderings."""
-    modules = [registry.find(method).module for method in held_out_methods(settings)]
+    modules = [registry.find(method).module for method in HELD_OUT_METHODS]
     return sources("avs.iqa.held_out.held_out_scores", *modules)
 
 
 def held_out_weights(wildcards):
-    files = map(weights_of_method, held_out_methods(settings))
-    return [file for file in files if file]
+    return list(weights_by_method(HELD_OUT_METHODS).values())
 
 
 def held_out_downloads(wildcards):
-    """Return the published weights on this machine that they read."""
-    methods = held_out_methods(settings)
-    found = [files_read(settings, method, evaluated=False) for method in methods]
-    return sorted({str(path) for files in found for path in files})
+    return downloads_of(HELD_OUT_METHODS)
 
 
 def held_out_weights_options(wildcards):
-    files = {method: weights_of_method(method) for method in held_out_methods(settings)}
-    return [
-        f"--weights {shlex.quote(f'{method}={file}')}"
-        for method, file in files.items()
-        if file
-    ]
+    return weights_options(HELD_OUT_METHODS)
 
 
 rule held_out_scores:

@@ -46,13 +46,9 @@ def shown_outputs():
 
 def shown_by(target):
     """Return those files for the inputs of one target."""
-    found = [each(None) if callable(each) else each for each in target]
-    paths = {
-        path for each in found for path in ([each] if isinstance(each, str) else each)
-    }
     makers = [
         (rule, path)
-        for path in paths
+        for path in asked_for(target)
         for rule in workflow.rules
         if rule.is_producer(path)
     ]

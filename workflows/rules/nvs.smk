@@ -159,29 +159,36 @@ def scoring_code(wildcards):
     return sources("avs.nvs.common_states", REPRESENTATION.module, *modules)
 
 
-def weights_by_method(wildcards):
-    """Return the files of weights of the methods that score, by identifier."""
-    methods = SCORING[wildcards.dataset]
+def weights_by_method(methods):
+    """Return the files of weights of those methods that get some, by identifier."""
     files = {method: weights_of_method(method) for method in methods}
     return {method: file for method, file in files.items() if file}
 
 
-def scoring_weights(wildcards):
-    return list(weights_by_method(wildcards).values())
-
-
-def scoring_downloads(wildcards):
-    """Return the published weights on this machine that these methods read."""
-    methods = SCORING[wildcards.dataset]
+def downloads_of(methods):
+    """Return the published weights on this machine that methods read to score."""
     found = [files_read(settings, method, evaluated=False) for method in methods]
     return sorted({str(path) for files in found for path in files})
 
 
-def scoring_weights_options(wildcards):
+def weights_options(methods):
+    """Return the files of weights of methods as options of a command."""
     return [
         f"--weights {shlex.quote(f'{method}={file}')}"
-        for method, file in weights_by_method(wildcards).items()
+        for method, file in weights_by_method(methods).items()
     ]
+
+
+def scoring_weights(wildcards):
+    return list(weights_by_method(SCORING[wildcards.dataset]).values())
+
+
+def scoring_downloads(wildcards):
+    return downloads_of(SCORING[wildcards.dataset])
+
+
+def scoring_weights_options(wildcards):
+    return weights_options(SCORING[wildcards.dataset])
 
 
 rule common_states:

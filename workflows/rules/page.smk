@@ -24,11 +24,6 @@ def beside(name):
     return files
 
 
-def exported_models(wildcards):
-    """Return the models of Gaussians beside the episodes of a scene, if the reconstruction has such."""
-    return beside(REPRESENTATION.exports)(wildcards)
-
-
 def scene_coverages(file):
     """Return the function that gives the files of this name of the coverage of a scene's episodes, if it is measured."""
 
@@ -71,32 +66,20 @@ def page_explorations(wildcards):
     return explorations(f"{PAGE}/slam/{{building}}/{{method}}-{{seed}}.js")
 
 
-def targets(*rules_of):
-    """Return the files that the rules of these targets ask for, each once, in order."""
-    found = [
-        each(None) if callable(each) else each for rule in rules_of for each in rule
-    ]
-    paths = [
-        path for each in found for path in ([each] if isinstance(each, str) else each)
-    ]
-    return list(dict.fromkeys(map(str, paths)))
-
-
 def page_tables(wildcards):
     """Return the records of all tables of the run."""
     return [
         path.replace(".csv", ".json")
-        for path in targets(rules.tables.input)
+        for path in asked_for(rules.tables.input)
         if path.startswith(f"{RESULTS}/tables/")
     ]
 
 
 def page_figures(wildcards):
     """Return the pictures of all figures of the run."""
-    paths = targets(rules.figures.input, rules.tables.input)
     return [
         path.replace(".pdf", ".png")
-        for path in paths
+        for path in asked_for(rules.figures.input, rules.tables.input)
         if path.startswith(f"{RESULTS}/figures/")
     ]
 
@@ -129,7 +112,7 @@ rule page_scene:
         episodes=scene_episodes,
         metas=beside("episode.meta.json"),
         pictures=beside(PICTURES),
-        models=exported_models,
+        models=beside(REPRESENTATION.exports),
         records=scene_coverages("coverage.json"),
         covered=scene_coverages("covered.ply"),
         states=scene_states,

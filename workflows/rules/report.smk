@@ -1,6 +1,6 @@
 # Tables, from records and nothing else.
 
-from avs.config.run_plan import RunPlan
+from avs.config.run_plan import PLAN_NAME, RunPlan
 from avs.system.records import write_record
 
 # The paper's selection times.
@@ -10,7 +10,7 @@ PUBLISHED_TIMES = [
 ]
 
 # What a run asks for, from which `python -m avs report` tabulates what is there of it.
-PLAN = f"{RESULTS}/plan.json"
+PLAN = f"{RESULTS}/{PLAN_NAME}"
 INCOMPLETE = f"{RESULTS}/tables_incomplete"
 
 
