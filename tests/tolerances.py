@@ -181,3 +181,9 @@ SLAM_AREA_SHARE = 0.008
 # avs/slam/scoring/fisher_path_scorer.py: float32 squares of one kernel against a backward pass for every pixel,
 # relative to each value and to the largest.
 SLAM_FISHER = 2e-3
+
+# avs/representations: float32 kernels of lookups against torch in float64, relative to the largest value. Places are a
+# dozen products of numbers up to 2; weights are products of two dozen exponentials; gradients sum some hundred samples.
+FIELD_PLACES = 2e-5
+FIELD_VALUES = 2e-5
+FIELD_GRADIENTS = 1e-4

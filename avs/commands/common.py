@@ -15,13 +15,16 @@ commands = typer.Typer()
 
 
 @commands.command()
-def kernels(log: Log = None) -> None:
-    """Compile the CPU kernels, so that no episode has to."""
+def kernels(
+    kinds: Annotated[list[str], typer.Argument(help="kinds of representations")],
+    log: Log = None,
+) -> None:
+    """Compile the CPU kernels of kinds of representations, so that no episode has to."""
     with job(log):
-        from avs.representations.gaussians.compilation import compile_kernels
+        from avs.representations.kinds import compile_kernels
 
         limit_threads()
-        compile_kernels()
+        compile_kernels(kinds)
 
 
 @commands.command()

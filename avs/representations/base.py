@@ -117,6 +117,7 @@ class Kind:
             the scene, the indices of the captured views ``[n]``, the settings, a seed and ``cpu`` or ``cuda``.
         on_cpu: those of ``offers`` that are computed on the CPU wherever an instance lies, so that their times are not
             to be compared with those of a GPU.
+        compile: the function that compiles the CPU kernels, as ``module:function``, for a kind that has some.
     """
 
     settings: type[RepresentationSettings]
@@ -124,6 +125,7 @@ class Kind:
     exports: str
     build: str
     on_cpu: frozenset[str] = frozenset()
+    compile: str | None = None
 
     @property
     def module(self) -> str:

@@ -9,4 +9,5 @@ KIND = Kind(
     exports="splats.ply",
     build="avs.representations.gaussians.splats:build",
     on_cpu=frozenset({"fisher_diagonal", "blending_weights"}),
+    compile="avs.representations.gaussians.compilation:compile_kernels",
 )

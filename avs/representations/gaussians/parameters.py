@@ -88,16 +88,3 @@ def check_finite(parameters: Parameters, iteration: int) -> None:
     if broken or not len(parameters["means"]):
         remedy = "lower the learning rates or check the scene's cameras and points"
         raise UserError(f"reconstruction at step {iteration}", fault, remedy)
-
-
-def torch_device(name: str) -> torch.device:
-    """Return the device ``cpu`` or ``cuda``.
-
-    Raises:
-        UserError: the name is another one, or there is no such device here.
-    """
-    if name not in ("cpu", "cuda"):
-        raise UserError(f"device {name!r}", "is not known", "choose cpu or cuda")
-    if name == "cuda" and not torch.cuda.is_available():
-        raise UserError("device 'cuda'", "is not available on this machine", "choose cpu")
-    return torch.device(name)

@@ -27,7 +27,6 @@ from avs.representations.gaussians.parameters import (
     check_finite,
     create_parameters,
     extend_parameters,
-    torch_device,
 )
 from avs.representations.gaussians.ply import write_ply
 from avs.representations.gaussians.probes import probe_views
@@ -35,6 +34,7 @@ from avs.representations.gaussians.rendering import rasterizer_arguments, render
 from avs.representations.gaussians.training_state import checksum, optimizer_tensors, restore_moments
 from avs.representations.gaussians.variance import variance_reductions
 from avs.representations.learned_variance import VarianceLearning, VarianceReduction
+from avs.representations.torch_devices import torch_device
 from avs.scene.cameras import Cameras, IndexArray
 from avs.scene.scene import Scene
 from avs.scene.similarity import IDENTITY, Similarity

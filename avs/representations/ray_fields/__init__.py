@@ -1,0 +1,1 @@
+"""What radiance fields have in common that are rendered along rays: rays, sampling, optimiser, checkpoints."""
