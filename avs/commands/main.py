@@ -15,6 +15,7 @@ from typing import Annotated
 import typer
 
 from avs.commands import (
+    agnostic,
     common,
     data,
     figures,
@@ -43,6 +44,7 @@ STAGES = (
     nvs,
     runtime,
     sensitivity,
+    agnostic,
     sfm,
     slam,
     report,

@@ -10,8 +10,10 @@ from collections.abc import Callable
 
 from pydantic import Field
 
+from avs.config.agnostic_jobs import agnostic_table
 from avs.config.configuration import protocol_of, variant_of
 from avs.config.method_weights import scoring_methods
+from avs.config.other_representations import on_representation
 from avs.config.page_jobs import PAGE_JOBS
 from avs.config.paper_tables import FOLDER, published_means, published_scenes, side_by_side, with_memory
 from avs.config.report_jobs import (
@@ -161,6 +163,11 @@ def _sensitivity_table(config: Config, dataset: str) -> SensitivityJob:
     return SensitivityJob(**rows_of(config, dataset) | {"methods": studied_methods(config, dataset)}, variants=variants)
 
 
+def _agnostic_episode(config: Config, name: str) -> EpisodeSettings:
+    representation, method = name.split("/")
+    return _episode(on_representation(config, representation).model_copy(update={"pictures": None}), method)
+
+
 def _figure(config: Config, _: str) -> FigureJob:
     return FigureJob(**records_of(config))
 
@@ -219,6 +226,8 @@ JOBS: dict[str, Callable[[Config, str], StrictModel]] = {
     "ranking_table": _ranking_table,
     "sensitivity_episode": _sensitivity_episode,
     "sensitivity_table": _sensitivity_table,
+    "agnostic_episode": _agnostic_episode,
+    "agnostic_table": agnostic_table,
     "psnr_over_views": _drawn,
     "coverage_reference": _coverage_reference,
     "coverage": _coverage,
@@ -234,7 +243,8 @@ JOBS: dict[str, Callable[[Config, str], StrictModel]] = {
     **PAGE_JOBS,
 }
 """What makes the settings of a rule's jobs: from the configuration and the name of a method, scene, data set or scorer,
-those of a variant and a method, or which of two tables. Where all jobs of a rule read the same, that name is empty."""
+those of a variant or representation and a method, or which of two tables. Where all jobs of a rule read the same, that
+name is empty."""
 
 
 def settings_of(config: Config, job: str) -> StrictModel:

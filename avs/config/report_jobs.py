@@ -41,6 +41,14 @@ class SensitivityJob(RowsJob):
     variants: tuple[str, ...] = Field(description="names of the variants of the settings, in the order of columns")
 
 
+class AgnosticJob(FigureJob):
+    """What the table of several representations reads."""
+
+    absent: dict[str, dict[str, Reason]] = Field(
+        description="why a method has no number on a representation, by representation, in the order of columns"
+    )
+
+
 class TableJob(RowsJob):
     """What the table of a data set reads."""
 

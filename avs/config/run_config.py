@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
+from avs.config.agnostic_settings import AgnosticSettings
 from avs.config.distortion_config import DistortionConfig
 from avs.config.sensitivity_settings import SensitivitySettings
 from avs.config.slam_config import SlamConfig
@@ -116,6 +117,11 @@ class Config(StrictModel):
         default=None,
         description="variants of the settings under which some methods run again, for the table of how far their order "
         "depends on the settings; null for no such table",
+    )
+    agnostic: AgnosticSettings | None = Field(
+        default=None,
+        description="representations on which some methods run, for the table of whether their order is the same on "
+        "all of them; null for no such table",
     )
     report: ReportSettings = Field(default_factory=ReportSettings, description="how results are tabulated")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from avs.config.report_jobs import CoverageTableJob, RowsJob, SummaryJob, TableJ
 from avs.config.run_plan import RunPlan
 from avs.config.slam_config import SlamFigureJob, explorers
 from avs.config.studied import studied_methods
+from avs.config.unfinished_agnostic import wanted_agnostic
 from avs.nvs.common_states_settings import CommonStatesJob
 from avs.nvs.episode_settings import EpisodeSettings
 from avs.report.incomplete_coverage import WantedCoverage, WantedCoverageTable
@@ -47,6 +49,7 @@ def unfinished(plan: RunPlan) -> UnfinishedRun:
         side_by_side=side_by_side(config),
         coverage=tuple(_coverage(plan, dataset) for dataset in config.with_table("coverage")),
         explorations=_explorations(plan),
+        agnostic=tuple(wanted_agnostic(plan, partial(_episode_beside, plan, "agnostic_episode", "representation"))),
     )
 
 
@@ -138,16 +141,21 @@ def _wanted_sensitivity(plan: RunPlan) -> Iterator[WantedSensitivity]:
 
 
 def _studied_episode(plan: RunPlan, name: str, method: str, dataset: str, scene: str, seed: int) -> WantedEpisode:
-    own = _episode(plan, method, dataset, scene, seed)
     if name == BASE:
-        return own
-    rule, place = "sensitivity_episode", {"variant": name, "method": method, "dataset": dataset, "scene": scene}
-    settings = settings_of(plan.config, f"{rule}/{name}/{method}")
+        return _episode(plan, method, dataset, scene, seed)
+    place = {"variant": name, "method": method, "dataset": dataset, "scene": scene, "seed": str(seed)}
+    return _episode_beside(plan, "sensitivity_episode", "variant", place)
+
+
+def _episode_beside(plan: RunPlan, rule: str, beside: str, place: dict[str, str]) -> WantedEpisode:
+    """Return what is to be known of an episode of another rule than ``episode``; ``beside`` is its further wildcard."""
+    own = _episode(plan, place["method"], place["dataset"], place["scene"], int(place["seed"]))
+    settings = settings_of(plan.config, f"{rule}/{place[beside]}/{place['method']}")
     assert isinstance(settings, EpisodeSettings)
-    logs = (Path(plan.logs[rule].format(**place, seed=seed)), *own.logs[1:])
+    logs = (Path(plan.logs[rule].format(**place)), *own.logs[1:])
     return replace(
         own,
-        path=Path(plan.records[rule].format(**place, seed=seed)),
+        path=Path(plan.records[rule].format(**place)),
         logs=logs,
         settings=_recorded(settings),
         stale=why_stale(logs, plan.stamps),

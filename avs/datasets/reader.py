@@ -32,9 +32,8 @@ class Reader(StrictModel):
     )
     methods: Annotated[tuple[str, ...], Different] | None = Field(
         default=None,
-        min_length=1,
         description="methods in the order of the rows of this data set; those that the run leaves out are left out "
-        "here, too; null for those of the run",
+        "here, too; null for those of the run, an empty list for a data set of the table agnostic alone",
     )
     tables: Annotated[tuple[FurtherTable, ...], Different] | None = Field(
         default=None,

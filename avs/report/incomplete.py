@@ -22,6 +22,7 @@ from avs.report.incomplete_explorations import incomplete_explorations
 from avs.report.report_settings import BASE
 from avs.report.tables.data_sets_side_by_side import ShownDataSet, side_by_side
 from avs.report.tables.method_significance import method_significance
+from avs.report.tables.representation_agreement import representation_agreement
 from avs.report.tables.runtime_summary import runtime_summary
 from avs.report.tables.scene_by_scene import scene_by_scene
 from avs.report.tables.score_ranking import score_ranking
@@ -31,6 +32,7 @@ from avs.report.tables.setting_sensitivity import setting_sensitivity
 from avs.report.tables.view_synthesis import view_synthesis
 from avs.report.wanted_records import (
     UnfinishedRun,
+    WantedAgnostic,
     WantedEpisode,
     WantedRecord,
     WantedSensitivity,
@@ -94,6 +96,9 @@ def incomplete_documents(run: UnfinishedRun) -> tuple[dict[str, Document], list[
     for each in run.sensitivity:
         with _left_out_into(lines):
             documents[f"sensitivity_{each.dataset}"] = _sensitivity(each, run.absent)
+    for table_of in run.agnostic:
+        with _left_out_into(lines):
+            documents[f"agnostic_{table_of.dataset}"] = _agnostic(table_of)
     for wanted in run.coverage:
         with _left_out_into(lines):
             if wanted.dataset in collected:
@@ -145,6 +150,13 @@ def _sensitivity(wanted: WantedSensitivity, absent: Mapping[str, Reason]) -> Doc
     if not any(episodes.cells for episodes in found.values()):
         raise UserError(f"sensitivity of {wanted.dataset}", "no episode yet", "go on with the run")
     return setting_sensitivity(found.pop(BASE), found, wanted.methods, absent)
+
+
+def _agnostic(wanted: WantedAgnostic) -> Document:
+    found = {name: _existing(each, wanted.dataset, wanted.methods) for name, each in wanted.representations.items()}
+    if not any(episodes.cells for episodes in found.values()):
+        raise UserError(f"representations of {wanted.dataset}", "no episode yet", "go on with the run")
+    return representation_agreement(found, wanted.methods, wanted.dataset, wanted.absent)
 
 
 def _ranking(table: WantedTable) -> Document:

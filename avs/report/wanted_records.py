@@ -102,6 +102,23 @@ class WantedSensitivity:
 
 
 @dataclass(frozen=True)
+class WantedAgnostic:
+    """The table of several representations of one data set.
+
+    Attributes:
+        dataset: its name.
+        methods: identifiers of the rows, in order.
+        representations: the episodes on each of them, by its name.
+        absent: why a method could not run, by representation and method.
+    """
+
+    dataset: str
+    methods: tuple[str, ...]
+    representations: Mapping[str, tuple[WantedEpisode, ...]]
+    absent: Mapping[str, Mapping[str, Reason]]
+
+
+@dataclass(frozen=True)
 class WantedTimes:
     """The table of selection times.
 
@@ -137,6 +154,7 @@ class UnfinishedRun:
         coverage: the coverage table of each data set; none if the run leaves them out.
         side_by_side: the data sets that one table has side by side; none if there is no such table.
         explorations: what the table of active SLAM is made from, or None if the run leaves it out.
+        agnostic: the table of several representations of each data set; none if the run leaves them out.
     """
 
     reference: str | None
@@ -147,3 +165,4 @@ class UnfinishedRun:
     coverage: tuple[WantedCoverageTable, ...] = ()
     side_by_side: tuple[str, ...] = ()
     explorations: WantedExplorations | None = None
+    agnostic: tuple[WantedAgnostic, ...] = ()

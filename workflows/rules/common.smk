@@ -10,6 +10,7 @@ from avs.config.configuration import load
 from avs.config.configuration_files import check_files
 from avs.config.jobs import settings_of
 from avs.config.method_weights import Made, absent_methods, weights_of
+from avs.config.other_representations import kinds_compared
 from avs.datasets import reader_registry
 from avs.representations import kinds
 from avs.selection import registry
@@ -41,6 +42,9 @@ except UserError as error:
     sys.exit(f"error: {error}")
 
 REPRESENTATION = kinds.find(settings.representation.kind)
+
+# Those whose kernels are compiled; scorers' data and active SLAM have Gaussians whatever the run has.
+KINDS = sorted({"gaussians", settings.representation.kind, *kinds_compared(settings)})
 
 RESULTS = f"results/{settings.scale}"
 LOGS = f"{RESULTS}/logs"
@@ -98,18 +102,26 @@ def asked_for(*targets):
     return list(dict.fromkeys(map(str, paths)))
 
 
+def compiling_modules():
+    """Return the modules that compile the kernels of the kinds that the run has."""
+    found = [kinds.find(name).compile for name in KINDS]
+    return [each.partition(":")[0] for each in found if each]
+
+
 rule kernels:
     input:
-        code=sources("avs.representations.gaussians.compilation"),
+        code=sources(*compiling_modules()),
     output:
         touch(KERNELS),
     log:
         f"{LOGS}/kernels.log",
     priority: 3
+    params:
+        kinds=KINDS,
     message:
         "compilation of the CPU kernels"
     shell:
-        "{AVS} kernels --log {log}"
+        "{AVS} kernels {params.kinds} --log {log}"
 
 
 # One file for each kind of job, and no process of Python for each file.

@@ -29,6 +29,7 @@ def write_plan():
         "runtime_state": rules.runtime_state.log[0],
         "runtime": rules.runtime.log[0],
         "sensitivity_episode": rules.sensitivity_episode.log[0],
+        "agnostic_episode": rules.agnostic_episode.log[0],
         "stereo_kernels": rules.stereo_kernels.log[0],
         "coverage_reference": rules.coverage_reference.log[0],
         "coverage": rules.coverage.log[0],
@@ -41,6 +42,7 @@ def write_plan():
         "common_states": COMMON_STATES,
         "runtime": rules.runtime.output[0],
         "sensitivity_episode": VARIED_EPISODE,
+        "agnostic_episode": AGNOSTIC_EPISODE,
         "coverage": rules.coverage.output.record,
         "exploration": rules.exploration.output.record,
     }
@@ -181,6 +183,7 @@ rule tables:
         scorer_tables,
         runtime_tables,
         tables_of_sensitivity,
+        tables_of_representations,
         coverage_tables,
         coverage_figures,
         slam_tables,

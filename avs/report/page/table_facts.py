@@ -17,6 +17,7 @@ _KINDS: tuple[tuple[str, str, str], ...] = (
     ("coverage_", "Coverage", "{}"),
     ("ranking_", "Scores against truth", "{}"),
     ("sensitivity_", "Settings", "{}"),
+    ("agnostic_", "Representations", "{}"),
     ("runtime_memory", "Selection times", "time and memory"),
     ("runtime_detail", "Selection times", "time and PSNR"),
     ("runtime", "Selection times", "all that is measured"),
