@@ -80,9 +80,14 @@ def _with_captures(config: Config) -> Config:
     if not isinstance(own, Captures) or (config.distortions and "captures" in config.distortions.datasets):
         fault = "is the name of what scenes_dir gives, and of another data set"
         raise UserError("configuration: datasets.captures", fault, "rename the data set")
-    kept = {name: dataset for name, dataset in config.datasets.items() if name not in config.evaluated}
+    others = () if config.agnostic is None else config.agnostic.datasets or ()
+    kept = {name: each for name, each in config.datasets.items() if name not in (*config.evaluated, *others)}
     captures = own.model_copy(update={"folder": config.scenes_dir})
-    return config.model_copy(update={"datasets": kept | {"captures": captures}})
+    changes: dict[str, Any] = {"datasets": kept | {"captures": captures}}
+    if others:  # chosen small, which captures are not: on them, the table is made when it is asked for
+        assert config.agnostic is not None
+        changes["agnostic"] = config.agnostic.model_copy(update={"datasets": None, "with_tables": False})
+    return config.model_copy(update=changes)
 
 
 def _waits_for_a_folder(dataset: DataSet) -> bool:

@@ -35,10 +35,11 @@ def on_representation(config: Config, name: str) -> Config:
     values = {} if told is None else told.representations[name]
     own = config.representation.model_dump()
     same = values.get("kind", own["kind"]) == own["kind"]
+    background = {"background": own["background"]} if "background" in own else {}
     protocol = laid_over(config.protocol.model_dump(), {} if told is None else told.protocol)
     try:
         changed = _Changed.model_validate(
-            {"protocol": protocol, "representation": laid_over(own, values) if same else values}
+            {"protocol": protocol, "representation": laid_over(own if same else background, values)}
         )
     except ValidationError as error:
         place = error.errors()[0]["loc"][0]
@@ -88,7 +89,7 @@ def check_agnostic(config: Config, programs: Collection[str]) -> None:
             fault = f"{method} chooses no views in its episodes"
             raise UserError("configuration: agnostic.methods", fault, "leave it out")
     for_scorers = () if config.distortions is None else config.distortions.datasets
-    for dataset in told.datasets or ():
+    for dataset in told.datasets or () if config.evaluated else ():
         if dataset not in config.datasets or dataset in for_scorers:
             known = ", ".join(name for name in config.datasets if name not in for_scorers)
             fault = f"{dataset} is no data set on which methods run"

@@ -28,6 +28,8 @@ NAMES = {
     "common_states": "orbit",
     "sensitivity_table": "orbit",
     "sensitivity_episode": "every_point/fisherrf",
+    "agnostic_episode": "tensorf/random",
+    "agnostic_table": "handheld_small",
     "building": "flat",
     "exploration": "flat/nearest",
     "page_scene": "orbit",

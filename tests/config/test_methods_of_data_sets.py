@@ -70,7 +70,6 @@ def test_a_data_set_without_a_method_of_the_run_is_not_evaluated():
             r"configuration: datasets\.hall\.methods: fisherf is no method; did you mean fisherrf\?",
         ),
         ({"methods": ["qqqqqqq"]}, r"datasets\.hall\.methods: qqqqqqq is no method; remove it"),
-        ({"methods": []}, r"datasets\.hall\.methods: .*at least 1"),
         ({"methods": ["random", "random"]}, r"datasets\.hall\.methods: random is there twice"),
         ({"tables": ["rank"]}, r"datasets\.hall\.tables\.0"),
     ],

@@ -109,7 +109,7 @@ def representation_agreement(
         caption=tuple(_caption(dataset, grid, found)),
         columns=columns,
         groups=(*arranged(columns, list(shown.values()), cells), _order(found, within, orders)),
-        notes=(*_notes(shown, found, orders, within), *machine_notes(records)),
+        notes=(*_notes(shown, found, orders, within), *_not_measured(episodes), *machine_notes(records)),
         listing=_listing(episodes, shown, found, means, grid),
         appendices={"_agreement": _agreement_listing(orders)},
     )
@@ -210,6 +210,18 @@ def _notes(
     seeds = {each.between_seeds.reason for each in within.values() if each.between_seeds.value is None}
     lines += [f"no tau between single seeds: {why}".replace("candidates", "methods") for why in sorted(map(str, seeds))]
     return [*dict.fromkeys(lines), *unranked_notes(list(shown.values()))]
+
+
+def _not_measured(episodes: Mapping[str, Episodes]) -> list[str]:
+    """Return why records lack a metric that the table has."""
+    told = [
+        f"{_SHOWN[metric][0]}: {why}"
+        for each in episodes.values()
+        for episode in each.all
+        for metric, why in episode.absent.items()
+        if metric in _SHOWN
+    ]
+    return list(dict.fromkeys(told))
 
 
 def _told(each: OrderAgreement) -> str:
