@@ -16,7 +16,7 @@ from avs.representations.nerfacto.proposal_sampling import (
 )
 from tests import tolerances
 
-GRID = HashGrid(levels=4, coarsest=3, finest=40, log2_entries=9, features=2)  # the first two need no hash
+GRID = HashGrid(levels=4, coarsest=3, finest=40, log2_entries=9)  # the first two need no hash
 
 
 def tables(seed=0):

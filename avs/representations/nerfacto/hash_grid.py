@@ -13,13 +13,16 @@ from avs.representations.nerfacto import hash_grid_kernels
 from avs.representations.nerfacto.hash_grid_kernels import PRIME_Y, PRIME_Z
 from avs.representations.nerfacto.nerfacto_settings import HashGrid
 
+FEATURES = 2
+"""Numbers of an entry (arXiv 2201.05989, section 4)."""
+
 INITIAL_SIZE = 1e-4
 """Entries are drawn evenly from minus this to this at the start (arXiv 2201.05989, section 4)."""
 
 
 def initial_tables(grid: HashGrid, generator: np.random.Generator) -> Tensor:
-    """Return untrained tables ``[levels, entries, features]``."""
-    shape = (grid.levels, 2**grid.log2_entries, grid.features)
+    """Return untrained tables ``[levels, entries, 2]``."""
+    shape = (grid.levels, 2**grid.log2_entries, FEATURES)
     return torch.from_numpy(generator.uniform(-INITIAL_SIZE, INITIAL_SIZE, shape).astype(np.float32))
 
 
@@ -32,7 +35,7 @@ def cells_of(grid: HashGrid) -> tuple[int, ...]:
 
 
 def looked_up(tables: Tensor, cells: tuple[int, ...], places: Tensor) -> Tensor:
-    """Return the features of all levels at places ``[n, 3]`` in -2..2, ``[n, levels * features]``."""
+    """Return the features of all levels at places ``[n, 3]`` in -2..2, ``[n, 2 * levels]``."""
     if tables.device.type == "cpu" and tables.dtype == torch.float32:
         found: Tensor = _LookedUp.apply(tables, cells, places)  # type: ignore[no-untyped-call]
         return found

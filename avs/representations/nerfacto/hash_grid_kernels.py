@@ -1,6 +1,6 @@
 """Lookups of hashed grids with their gradients on the CPU: numba, one thread. ``hash_grid`` has their torch twin.
 
-Tables are ``[levels, entries, features]``; a grid with no more corners than entries has one entry for each corner.
+Tables are ``[levels, entries, 2]``; a grid with no more corners than entries has one entry for each corner.
 """
 
 # numba finds the types of the compiled functions when they are first called.
@@ -41,22 +41,31 @@ def _cell(place, cells):
     return lower, position - np.float32(lower)
 
 
+@_inline
+def _corner(corner, i, j, k, u, v, w, cells, entries):
+    """Return the entry of one of the eight corners of a cell, and its weight."""
+    a, b, c = corner >> 2, (corner >> 1) & 1, corner & 1
+    weight = (u if a else _ONE - u) * (v if b else _ONE - v) * (w if c else _ONE - w)
+    return _entry(i + a, j + b, k + c, cells, entries), weight
+
+
 @_kernel
 def looked_up(tables, cells, places):
-    """Return the features of all levels at places ``[n, 3]`` in -2..2, ``[n, levels * features]``, trilinearly."""
-    levels, entries, features = tables.shape
-    found = np.zeros((len(places), levels * features), np.float32)
-    for n in range(len(places)):
-        for level in range(levels):
-            i, u = _cell(places[n, 0], cells[level])
-            j, v = _cell(places[n, 1], cells[level])
-            k, w = _cell(places[n, 2], cells[level])
+    """Return the features of all levels at places ``[n, 3]`` in -2..2, ``[n, 2 * levels]``, trilinearly."""
+    levels, entries, _ = tables.shape
+    found = np.empty((len(places), 2 * levels), np.float32)
+    for level in range(levels):
+        table, side = tables[level], cells[level]
+        for n in range(len(places)):
+            i, u = _cell(places[n, 0], side)
+            j, v = _cell(places[n, 1], side)
+            k, w = _cell(places[n, 2], side)
+            first, second = np.float32(0), np.float32(0)
             for corner in range(8):
-                a, b, c = corner >> 2, (corner >> 1) & 1, corner & 1
-                weight = (u if a else _ONE - u) * (v if b else _ONE - v) * (w if c else _ONE - w)
-                entry = _entry(i + a, j + b, k + c, cells[level], entries)
-                for f in range(features):
-                    found[n, level * features + f] += weight * tables[level, entry, f]
+                entry, weight = _corner(corner, i, j, k, u, v, w, side, entries)
+                first += weight * table[entry, 0]
+                second += weight * table[entry, 1]
+            found[n, 2 * level], found[n, 2 * level + 1] = first, second
     return found
 
 
@@ -64,16 +73,16 @@ def looked_up(tables, cells, places):
 def looked_up_backward(shape, cells, places, by_found):
     """Return the gradient of tables of this shape, given that of ``looked_up``."""
     by_tables = np.zeros(shape, np.float32)
-    levels, entries, features = shape
-    for n in range(len(places)):
-        for level in range(levels):
-            i, u = _cell(places[n, 0], cells[level])
-            j, v = _cell(places[n, 1], cells[level])
-            k, w = _cell(places[n, 2], cells[level])
+    levels, entries, _ = shape
+    for level in range(levels):
+        table, side = by_tables[level], cells[level]
+        for n in range(len(places)):
+            i, u = _cell(places[n, 0], side)
+            j, v = _cell(places[n, 1], side)
+            k, w = _cell(places[n, 2], side)
+            first, second = by_found[n, 2 * level], by_found[n, 2 * level + 1]
             for corner in range(8):
-                a, b, c = corner >> 2, (corner >> 1) & 1, corner & 1
-                weight = (u if a else _ONE - u) * (v if b else _ONE - v) * (w if c else _ONE - w)
-                entry = _entry(i + a, j + b, k + c, cells[level], entries)
-                for f in range(features):
-                    by_tables[level, entry, f] += weight * by_found[n, level * features + f]
+                entry, weight = _corner(corner, i, j, k, u, v, w, side, entries)
+                table[entry, 0] += weight * first
+                table[entry, 1] += weight * second
     return by_tables

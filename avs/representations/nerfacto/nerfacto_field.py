@@ -171,14 +171,11 @@ class NerfactoField:
 
     def _colors(self, features: Tensor, rays: Rays, photographs: Tensor | None) -> Tensor:
         """Return the colours of the field's intervals, ``[rays, n, 3]``."""
-        count = len(features) // len(rays)
-        directions = rays.directions.repeat_interleave(count, dim=0)
         appearance = None
         if self._settings.appearance:
             table = self.parameters["appearance"]
-            own = table[photographs] if photographs is not None else self._mean_appearance(table, len(rays))
-            appearance = own.repeat_interleave(count, dim=0)
-        return colors(self.parameters, features, directions, appearance).view(len(rays), count, 3)
+            appearance = table[photographs] if photographs is not None else self._mean_appearance(table, len(rays))
+        return colors(self.parameters, features, rays.directions, appearance).view(len(rays), -1, 3)
 
     def _mean_appearance(self, table: Tensor, rays: int) -> Tensor:
         own = table[self._seen] if bool(self._seen.any()) else table

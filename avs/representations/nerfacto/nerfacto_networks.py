@@ -10,7 +10,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avs.representations.nerfacto.hash_grid import cells_of, initial_tables, looked_up
+from avs.representations.nerfacto.hash_grid import FEATURES, cells_of, initial_tables, looked_up
 from avs.representations.nerfacto.nerfacto_settings import HashGrid, NerfactoSettings
 
 GEOMETRY = 15
@@ -27,10 +27,10 @@ def initial_tensors(settings: NerfactoSettings, photographs: int, generator: np.
     """Return the untrained tensors by name; layers are ``[inputs, outputs]``, drawn as torch's linear layers are."""
     tensors = {}
     for number, proposal in enumerate(settings.proposals):
-        width = proposal.grid.levels * proposal.grid.features
+        width = proposal.grid.levels * FEATURES
         tensors[f"proposal{number}.tables"] = initial_tables(proposal.grid, generator)
         tensors |= _layers(f"proposal{number}", (width, settings.proposal_hidden, 1), generator)
-    width = settings.grid.levels * settings.grid.features
+    width = settings.grid.levels * FEATURES
     tensors["density.tables"] = initial_tables(settings.grid, generator)
     tensors |= _layers("density", (width, settings.hidden, 1 + GEOMETRY), generator)
     inputs = HARMONICS + GEOMETRY + settings.appearance
@@ -51,15 +51,17 @@ def density_and_features(
 
 
 def colors(tensors: Mapping[str, Tensor], features: Tensor, directions: Tensor, appearance: Tensor | None) -> Tensor:
-    """Return colours ``[n, 3]`` in 0..1.
+    """Return colours ``[rays * samples, 3]`` in 0..1.
 
     Args:
         tensors: of the field.
-        features: ``[n, 15]`` of the density's network.
-        directions: ``[n, 3]``, of length 1.
-        appearance: ``[n, m]`` of the photographs, or None for none.
+        features: ``[rays * samples, 15]`` of the density's network, ray by ray.
+        directions: ``[rays, 3]``, of length 1.
+        appearance: ``[rays, m]`` of the photographs, or None for none.
     """
-    read = [_harmonics(directions), features, *([] if appearance is None else [appearance])]
+    of_rays = [_harmonics(directions), *([] if appearance is None else [appearance])]
+    samples = len(features) // len(directions)
+    read = [torch.cat(of_rays, dim=1).repeat_interleave(samples, dim=0), features]
     return torch.sigmoid(_network(tensors, "color", torch.cat(read, dim=1)))
 
 

@@ -17,7 +17,6 @@ class HashGrid(StrictModel):
     coarsest: int = Field(default=16, ge=1, description="cells a side of the contracted cube on the first")
     finest: int = Field(default=2048, ge=1, description="cells a side on the last; in between, equal factors")
     log2_entries: int = Field(default=19, ge=4, le=24, description="logarithm of the number of entries of each")
-    features: int = Field(default=2, ge=1, description="numbers of an entry")
 
 
 class Proposal(StrictModel):

@@ -28,8 +28,8 @@ from avs.system.errors import UserError
 CHECK_EVERY = 100
 """Steps between checks that every parameter is finite."""
 
-RAYS_TOGETHER = 8192
-"""Rays of one part of a rendering, which bounds its memory."""
+RAYS_TOGETHER = 2048
+"""Rays of one part of a rendering: what is computed of them stays in a processor's cache."""
 
 
 class Field(Protocol):
