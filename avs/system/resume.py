@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from avs.system.errors import UserError
+from avs.system.job_process import die_with_parent
 
 
 def resume(arguments: list[str]) -> None:
@@ -19,7 +20,9 @@ def resume(arguments: list[str]) -> None:
     alive = next(runs_in(Path.cwd()), None)
     if alive is not None:
         raise UserError(Path.cwd(), f"a run is alive (process {alive})", "wait for it, or stop it")
-    unlocked = subprocess.run(["snakemake", "--unlock", *arguments], capture_output=True, text=True, check=False)
+    # Killed in the meantime, this process leaves nothing behind that the next call would take for a run.
+    words = ["snakemake", "--unlock", *arguments]
+    unlocked = subprocess.run(words, capture_output=True, text=True, check=False, preexec_fn=die_with_parent)
     if unlocked.returncode:
         raise UserError(Path.cwd(), f"cannot be unlocked: {unlocked.stderr.strip()}", "correct that and run again")
     os.execvp("snakemake", ["snakemake", *arguments])
