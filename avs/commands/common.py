@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from avs.commands.arguments import Log
-from avs.system.compatibility import limit_threads
+from avs.system.compatibility import prepare_torch
 from avs.system.job_process import job
 
 commands = typer.Typer()
@@ -23,7 +23,7 @@ def kernels(
     with job(log):
         from avs.representations.kinds import compile_kernels
 
-        limit_threads()
+        prepare_torch()
         compile_kernels(kinds)
 
 

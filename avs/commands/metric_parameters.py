@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from avs.commands.arguments import Log, Out
-from avs.system.compatibility import limit_threads
+from avs.system.compatibility import prepare_torch
 from avs.system.job_process import job
 from avs.system.records import read_settings
 
@@ -27,6 +27,6 @@ def niqe_fit(
         from avs.iqa.no_reference.niqe_fit import fit_scenes
         from avs.iqa.no_reference.niqe_settings import FitSettings
 
-        limit_threads()
+        prepare_torch()
         checked = FitSettings() if settings is None else read_settings(settings, FitSettings)
         fit_scenes(scenes, checked, out, console.progress)

@@ -18,7 +18,7 @@ from avs.commands.arguments import (
     Weights,
     weights_by_method,
 )
-from avs.system.compatibility import limit_threads
+from avs.system.compatibility import prepare_torch
 from avs.system.job_process import job
 from avs.system.records import read_settings
 
@@ -41,7 +41,7 @@ def episode(
         from avs.nvs.episode_settings import EpisodeSettings
         from avs.nvs.experiment import run_episode
 
-        limit_threads()
+        prepare_torch()
         checked = read_settings(settings, EpisodeSettings)
         run_episode(scene, checked, seed, weights, out, console.progress, views, follow)
 
@@ -60,7 +60,7 @@ def common_states(
         from avs.nvs.common_states import write_common_states
         from avs.nvs.common_states_settings import CommonStatesJob
 
-        limit_threads()
+        prepare_torch()
         told, files = read_settings(settings, CommonStatesJob), weights_by_method(weights)
         write_common_states(scene, told, seed, files, out, console.progress)
 
@@ -77,5 +77,5 @@ def replay(
     with job(log) as console:
         from avs.nvs.experiment import replay_episode
 
-        limit_threads()
+        prepare_torch()
         replay_episode(scene, episode, device, out, console.progress)

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from avs.commands.arguments import Log, Out, SceneFolder, SettingsFile, Weights
-from avs.system.compatibility import limit_threads
+from avs.system.compatibility import prepare_torch
 from avs.system.job_process import job
 from avs.system.records import read_settings
 
@@ -22,7 +22,7 @@ def runtime_state(scene: SceneFolder, settings: SettingsFile, out: Out, log: Log
         from avs.nvs.timing import write_state
         from avs.nvs.timing_settings import StateSettings
 
-        limit_threads()
+        prepare_torch()
         write_state(scene, read_settings(settings, StateSettings), out)
 
 
@@ -40,6 +40,6 @@ def runtime(
         from avs.nvs.timing import time_method
         from avs.nvs.timing_settings import TimingSettings
 
-        limit_threads()
+        prepare_torch()
         checked = read_settings(settings, TimingSettings)
         time_method(scene, state, checked, weights, out, console.progress)

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from avs.commands.arguments import Log, MethodWeights, Out, SceneFolder, Seed, SettingsFile, weights_by_method
-from avs.system.compatibility import limit_threads
+from avs.system.compatibility import prepare_torch
 from avs.system.job_process import job
 from avs.system.records import read_settings
 
@@ -22,7 +22,7 @@ def distortions(scene: SceneFolder, seed: Seed, settings: SettingsFile, out: Out
         from avs.iqa.cross_reference.distortion_renders import make_renders
         from avs.iqa.cross_reference.scorer_settings import RenderJob
 
-        limit_threads()
+        prepare_torch()
         make_renders(scene, out, read_settings(settings, RenderJob), seed, console.progress)
 
 
@@ -41,7 +41,7 @@ def scorer_train(
         from avs.config.scorer_jobs import TrainingJob
         from avs.iqa.cross_reference.training import train
 
-        limit_threads()
+        prepare_torch()
         told = read_settings(settings, TrainingJob)
         train(training, held_out, weights, card, told.scorer, console.progress, told.device)
 
@@ -55,7 +55,7 @@ def statistics_fit(
         from avs.iqa.render_statistics.regression_fit import fit_statistics
         from avs.iqa.render_statistics.regression_settings import RegressionSettings
 
-        limit_threads()
+        prepare_torch()
         told = read_settings(settings, RegressionSettings)
         fit_statistics(training, held_out, weights, card, told, console.progress)
 
@@ -74,6 +74,6 @@ def held_out_scores(
         from avs.iqa.held_out.held_out_scores import write_held_out_scores
         from avs.iqa.held_out.held_out_settings import HeldOutJob
 
-        limit_threads()
+        prepare_torch()
         told, files = read_settings(settings, HeldOutJob), weights_by_method(weights)
         write_held_out_scores(data, other, told, files, out, console.progress)

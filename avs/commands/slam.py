@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from avs.commands.arguments import Log, Out, Seed, SettingsFile, Stem, Weights
-from avs.system.compatibility import limit_threads
+from avs.system.compatibility import prepare_torch
 from avs.system.job_process import job
 from avs.system.records import read_settings
 
@@ -46,7 +46,7 @@ def exploration(
         from avs.slam.loop.exploration_run import run_exploration
         from avs.slam.loop.slam_settings import SlamSettings
 
-        limit_threads()
+        prepare_torch()
         told = read_settings(settings, SlamSettings)
         code = program_of(told, weights)
         run_exploration(mesh, name, method, told, seed, weights, out, console.progress, code)
@@ -95,7 +95,7 @@ def slam_animation(
     with job(log):
         from avs.report.figures.slam_animation import write_slam_animation
 
-        limit_threads()
+        prepare_torch()
         write_slam_animation(record, maps, mesh, out)
 
 

@@ -26,6 +26,7 @@ from avs.report.report_settings import ENDINGS, ReportSettings
 from avs.representations import kinds
 from avs.representations.kinds import AnyRepresentationSettings
 from avs.system.models import Different, Seed, StrictModel
+from avs.system.numerics import Numerics
 
 ScorerName = Literal["lite0", "repvit", "dinov2"]
 DataSetName = Annotated[str, Field(pattern=r"^[a-z0-9_]+$")]
@@ -42,6 +43,11 @@ class Config(StrictModel):
 
     scale: str = Field(pattern=r"^[a-z0-9_]+$", description="name of the results folder, such as ci, small or paper")
     device: Literal["cpu", "cuda"] = Field(default="cpu", description="where reconstructions and networks run")
+    numerics: Numerics = Field(
+        default="portable",
+        description="portable: the CPU gives the same bits on every x86-64 machine with AVX2; native: each library "
+        "chooses its code by the processor, which is faster where that has AVX-512",
+    )
     seeds: Annotated[tuple[Seed, ...], Different] = Field(
         min_length=1, description="each episode runs once with each seed"
     )

@@ -9,12 +9,19 @@ from pathlib import Path
 from avs.nvs.record import EpisodeMeta
 from avs.system.records import read_record
 
-_MACHINE = ("processor", "gpu", "system", "python")
+_MACHINE = ("processor", "gpu", "system", "python", "numerics")
 """What rounding depends on; the number of cores does not change a bit."""
+
+_NATIVE = (
+    "{number} of {all} computed with native numerics: the same run on another kind of processor gives other digits, "
+    "see docs/numerics.md"
+)
 
 
 def machine_notes(records: Sequence[Path]) -> list[str]:
     """Return a line for each fact of machine or packages that differs between episodes, with how many have which value.
+
+    The processor counts where its kind can change a bit: not with portable numerics.
 
     Args:
         records: ``episode.json`` files; the facts are in ``episode.meta.json`` beside each. Without one nothing is
@@ -27,11 +34,14 @@ def machine_notes(records: Sequence[Path]) -> list[str]:
     known = [_facts(read_record(path, EpisodeMeta)) for path in beside if path.is_file()]
     names = dict.fromkeys(name for facts in known for name in facts)
     lines = (_line(name, [facts.get(name, "none") for facts in known]) for name in names)
-    return [line for line in lines if line]
+    native = sum(facts["device"] == "cpu" and facts.get("numerics") == "native" for facts in known)
+    return [*([_NATIVE.format(number=native, all=len(known))] if native else []), *(line for line in lines if line)]
 
 
 def _facts(meta: EpisodeMeta) -> dict[str, str]:
     machine = {name: meta.machine[name] for name in _MACHINE if name in meta.machine}
+    if meta.device == "cpu" and machine.get("numerics") == "portable":
+        del machine["processor"]
     return {"device": meta.device} | machine | meta.packages
 
 

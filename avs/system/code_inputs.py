@@ -11,6 +11,7 @@ from pathlib import Path
 
 from avs.system.files import SMALL, file_hash
 from avs.system.known_digests import known_digest
+from avs.system.numerics import asked
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("avs", "metrics")
@@ -47,10 +48,11 @@ def stamp(paths: Iterable[str]) -> str:
 
     Snakemake compares times: a file that an older one replaces, as ``cp -p``, ``mv`` or ``rsync -a`` leave it, is not
     newer than what was made from the one before, nor is one that was edited while a job ran. Files of more than
-    ``SMALL`` bytes are not read at every look: see ``avs.system.known_digests``.
+    ``SMALL`` bytes are not read at every look: see ``avs.system.known_digests``. The numerics asked for go into the
+    digest too, because the same files give other bits with others.
     """
     found = sorted(set(paths))
-    told = "\n".join(f"{path} {digest(path) or ABSENT}" for path in found)
+    told = "\n".join([f"numerics {asked()}", *(f"{path} {digest(path) or ABSENT}" for path in found)])
     return hashlib.sha256(told.encode(errors="surrogateescape")).hexdigest()
 
 

@@ -15,6 +15,7 @@ import sys
 from pathlib import Path
 from types import ModuleType
 
+from avs.system import numerics
 from avs.system.errors import UserError
 from avs.system.stub_library import load_stub, undefined_symbols
 
@@ -47,28 +48,40 @@ _UNUSED_BY_OPEN3D = {
 
 
 def variables() -> dict[str, str]:
-    """Return the environment variables that this module sets, with their values."""
-    return _THREADS | _HUB | _PLOTS
+    """Return the environment variables that ``prepare_environment`` sets, with their values.
+
+    Raises:
+        UserError: as of ``avs.system.numerics.asked``.
+    """
+    return _THREADS | _HUB | _PLOTS | numerics.variables()
 
 
 def prepare_environment() -> None:
     """Set the environment variables of this module where the user has not set them.
 
     Call it before numpy, numba or torch is imported; a program's first line is the place. Child processes inherit them.
+
+    Raises:
+        UserError: as of ``avs.system.numerics.asked``.
     """
     for name, value in variables().items():
         os.environ.setdefault(name, value)
 
 
-def limit_threads(count: int = 1) -> None:
-    """Use ``count`` threads in torch; call it once torch is imported or about to be.
+def prepare_torch(threads: int = 1) -> None:
+    """Make what torch computes repeatable; call it once torch is imported or about to be.
 
-    Sums of floating-point numbers depend on how they are shared among threads: a fixed count makes runs repeatable.
+    Sums of floating-point numbers depend on how they are shared among threads, so their count is fixed. With portable
+    numerics some operations are replaced: see ``avs.system.portable_torch``.
     """
     prepare_environment()
     import torch
 
-    torch.set_num_threads(count)
+    torch.set_num_threads(threads)
+    if numerics.in_force() == "portable":
+        from avs.system.portable_torch import replace_operations
+
+        replace_operations()
 
 
 @functools.cache

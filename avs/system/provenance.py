@@ -11,6 +11,8 @@ import time
 from datetime import UTC, datetime
 from pathlib import Path
 
+from avs.system.numerics import in_force
+
 PACKAGES = ("numpy", "torch", "numba", "gsplat", "timm", "pyiqa", "lpips", "open3d-cpu", "pycolmap")
 
 
@@ -42,12 +44,16 @@ def reset_peak_memory(device: str) -> None:
 
 
 def machine(device: str) -> dict[str, str]:
-    """Describe the class of machine: processor, number of cores, operating system, and the GPU if it is used."""
+    """Describe the class of machine: processor, number of cores, operating system, and the GPU if it is used.
+
+    What ``avs.system.numerics`` made of the processor is there too.
+    """
     facts = {
         "processor": _processor(),
         "cores": str(len(os.sched_getaffinity(0))),
         "system": f"{platform.system()} {platform.machine()}",
         "python": platform.python_version(),
+        "numerics": in_force(),
     }
     if device == "cuda":
         import torch

@@ -57,3 +57,17 @@ def test_what_differs_is_told_with_how_many_have_which(table):
 def test_damaged_facts_are_one_line(table, tmp_path):
     with pytest.raises(UserError, match=r"episode\.meta\.json"):
         table(facts(), facts().model_copy(update={"schema_version": 2}), None)
+
+
+def with_numerics(meta, numerics):
+    return meta.model_copy(update={"machine": meta.machine | {"numerics": numerics}})
+
+
+def test_processors_do_not_matter_where_numerics_are_portable(table):
+    assert SAID not in table(with_numerics(facts(), "portable"), with_numerics(facts("AMD"), "portable"), None)
+
+
+def test_native_numerics_are_told_of(table):
+    markdown = table(with_numerics(facts(), "native"), with_numerics(facts("AMD"), "native"), None)
+    assert "- 2 of 2 computed with native numerics: the same run on another kind of processor gives" in markdown
+    assert f"- processor {SAID}: AMD in 1, Intel in 1\n" in markdown

@@ -43,8 +43,8 @@ def test_the_module_itself_imports_nothing_heavy():
 
 def test_torch_torchvision_and_open3d_import_and_work():
     code = """
-from avs.system.compatibility import import_open3d, limit_threads, prepare_torchvision
-limit_threads()
+from avs.system.compatibility import import_open3d, prepare_torch, prepare_torchvision
+prepare_torch()
 for _ in range(2):
     prepare_torchvision()
     open3d = import_open3d()

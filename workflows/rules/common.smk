@@ -1,5 +1,6 @@
 # What the rules share: the checked configuration, the paths, and which source files a job depends on.
 
+import os
 import shlex
 import sys
 from pathlib import Path
@@ -14,6 +15,7 @@ from avs.config.other_representations import kinds_compared
 from avs.datasets import reader_registry
 from avs.representations import kinds
 from avs.selection import registry
+from avs.system import numerics
 from avs.sfm import back_end_registry
 from avs.system.code_inputs import sources, sources_of_inputs
 from avs.system.errors import UserError
@@ -40,6 +42,9 @@ try:
     settings = load(config, PROGRAMS)
 except UserError as error:
     sys.exit(f"error: {error}")
+
+# All jobs inherit it, wherever they run, and what they are made of (see made_of, below) depends on it.
+os.environ[numerics.VARIABLE] = settings.numerics
 
 REPRESENTATION = kinds.find(settings.representation.kind)
 
