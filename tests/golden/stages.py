@@ -47,7 +47,8 @@ def config():
     """Return the configuration of all jobs: the smallest of the tests, with each pattern, a scorer and explorations."""
     values = tiny()
     values["methods"] = [*METHODS, "random"]
-    lite0 = yaml.safe_load((ROOT / "workflows" / "config" / "ci.yaml").read_text())["scorers"]["lite0"]
+    ci = yaml.safe_load((ROOT / "workflows" / "config" / "ci.yaml").read_text())
+    lite0 = ci["scorers"]["lite0"]
     values["scorers"] = {"lite0": lite0 | {"training": lite0["training"] | {"steps": 20}}}
     values["distortions"] |= {"renders": {"views": [4, 8], "iterations": [30, 60], "cameras": 8}}
     values["datasets"] |= {
@@ -59,6 +60,7 @@ def config():
         }
         for pattern in PATTERNS
     }
+    values["agnostic"] = ci["agnostic"] | {"datasets": ["golden_orbit"], "protocol": values["protocol"]}
     return load(values | {"coverage": {"views": [4]}, "slam": SLAM})
 
 
@@ -97,6 +99,10 @@ def jobs(folder):
         out = folder / method
         given = ["--weights", weights] if method == "ours-lite0" else []
         yield f"episode of {method}", ["episode", orbit, 0, *settings(f"episode/{method}"), *given, "--out", out], [out]
+    for representation in ("tensorf", "nerfacto"):
+        out = folder / representation
+        words = ["episode", orbit, 0, *settings(f"agnostic_episode/{representation}/random"), "--out", out]
+        yield f"episode on {representation}", words, [out]
     reference = folder / "reference"
     words = ["coverage_reference", orbit, *settings("coverage_reference"), "--out", reference]
     yield "cloud of all views", words, [reference]

@@ -46,7 +46,7 @@ def tiny():
     """Return the ci scale cut down to seconds."""
     values = yaml.safe_load((ROOT / "workflows" / "config" / "ci.yaml").read_text())
     values |= {"scale": "tiny", "methods": list(METHODS), "scorers": {}, "selectors": {}, "method_protocols": {}}
-    values |= {"seeds": [0], "runtime": None, "sensitivity": None, "coverage": None, "slam": None}
+    values |= {"seeds": [0], "runtime": None, "sensitivity": None, "coverage": None, "slam": None, "agnostic": None}
     values["datasets"] = {name: values["datasets"][name] for name in ("orbit", *_FOR_SCORERS)}
     values["distortions"] |= {"training": [_FOR_SCORERS[0]], "held_out": [_FOR_SCORERS[1]]}
     values["datasets"]["orbit"] |= {"seeds": [0]}
