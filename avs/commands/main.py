@@ -23,6 +23,7 @@ from avs.commands import (
     nvs,
     page,
     progress,
+    reference,
     report,
     runtime,
     scorer,
@@ -51,6 +52,7 @@ STAGES = (
     figures,
     page,
     progress,
+    reference,
     view,
 )
 
