@@ -11,7 +11,7 @@ from typing import Any, cast
 from pydantic import ValidationError
 
 from avs.config.configuration_faults import check_numbers, readable, remedy_of_unknown
-from avs.config.other_representations import check_agnostic
+from avs.config.other_representations import check_representations
 from avs.config.run_config import Config, DataSet, ScorerName
 from avs.config.sensitivity_settings import laid_over
 from avs.config.slam_config import check_slam
@@ -61,7 +61,7 @@ def load(values: dict[str, Any], programs: Collection[str] = ()) -> Config:
     _check_lists_of_methods(config, programs)
     _check_sensitivity(config, programs)
     check_slam(config.slam)
-    check_agnostic(config, programs)
+    check_representations(config, programs)
     return _with_captures(config)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Self
+from typing import Any, Self
 
 from pydantic import Field, model_validator
 
@@ -15,6 +15,11 @@ class DistortionConfig(StrictModel):
 
     training: tuple[str, ...] = Field(min_length=1, description="data sets whose scenes train scorers")
     held_out: tuple[str, ...] = Field(min_length=1, description="data sets whose scenes only measure scorers")
+    representations: dict[str, dict[str, Any]] = Field(
+        default_factory=dict,
+        description="settings of the reconstruction of some of these data sets, by the data set's name: laid over the "
+        "run's where kind is the same, else over the defaults of kind; the others have the run's own",
+    )
     renders: RenderSettings = Field(default_factory=RenderSettings, description="when a scene is rendered")
 
     @property
@@ -26,4 +31,7 @@ class DistortionConfig(StrictModel):
     def _disjoint(self) -> Self:
         if len(set(self.datasets)) < len(self.datasets):
             raise ValueError("a data set is named twice; it either trains scorers or is held out")
+        for name in self.representations:
+            if name not in self.datasets:
+                raise ValueError(f"representations names {name}, which is none of {', '.join(self.datasets)}")
         return self

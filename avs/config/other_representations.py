@@ -1,8 +1,9 @@
-"""The configuration of a run on another representation, as the table `agnostic` compares them."""
+"""Further representations of a run: those that the table `agnostic` compares, and those of data for scorers."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -10,6 +11,7 @@ from avs.config.configuration_faults import readable
 from avs.config.run_config import Config
 from avs.config.sensitivity_settings import laid_over
 from avs.nvs.protocol import ProtocolSettings
+from avs.representations.base import RepresentationSettings
 from avs.representations.kinds import AnyRepresentationSettings
 from avs.scene.images import BLACK
 from avs.selection import registry
@@ -18,9 +20,8 @@ from avs.system.models import StrictModel
 
 
 class _Changed(StrictModel):
-    """The sections that differ."""
+    """The section that differs."""
 
-    protocol: ProtocolSettings
     representation: AnyRepresentationSettings
 
 
@@ -33,22 +34,40 @@ def on_representation(config: Config, name: str) -> Config:
     """
     told = config.agnostic
     values = {} if told is None else told.representations[name]
-    own = config.representation.model_dump()
-    same = values.get("kind", own["kind"]) == own["kind"]
-    background = {"background": own["background"]} if "background" in own else {}
-    protocol = laid_over(config.protocol.model_dump(), {} if told is None else told.protocol)
+    changed = _laid_over(config, values, "agnostic", "representations", name)
+    own = {} if told is None else told.protocol
     try:
-        changed = _Changed.model_validate(
-            {"protocol": protocol, "representation": laid_over(own if same else background, values)}
-        )
+        protocol = ProtocolSettings.model_validate(laid_over(config.protocol.model_dump(), own))
     except ValidationError as error:
-        place = error.errors()[0]["loc"][0]
-        parents = ("agnostic",) if place == "protocol" else ("agnostic", "representations", name)
+        raise readable(error, Config, "agnostic", "protocol") from None
+    return config.model_copy(update={"representation": changed, "protocol": protocol})
+
+
+def representation_of(config: Config, dataset: str) -> RepresentationSettings:
+    """Return what the scenes of a data set for scorers are reconstructed with.
+
+    Raises:
+        UserError: see ``on_representation``.
+    """
+    told = {} if config.distortions is None else config.distortions.representations
+    if dataset not in told:
+        return config.representation
+    return _laid_over(config, told[dataset], "distortions", "representations", dataset)
+
+
+def _laid_over(config: Config, values: Mapping[str, Any], *parents: str) -> RepresentationSettings:
+    """Return settings laid over the run's where the kind is the same, else over the defaults of theirs."""
+    own = config.representation.model_dump()
+    background = {"background": own["background"]} if "background" in own else {}
+    same = values.get("kind", own["kind"]) == own["kind"]
+    try:
+        changed = _Changed.model_validate({"representation": laid_over(own if same else background, values)})
+    except ValidationError as error:
         raise readable(error, Config, *parents) from None
     if getattr(changed.representation, "background", BLACK) != getattr(config.representation, "background", BLACK):
-        subject = f"configuration: agnostic.representations.{name}.background"
+        subject = f"configuration: {'.'.join(parents)}.background"
         raise UserError(subject, "cannot differ from the run's, for which the scenes are prepared", "remove it")
-    return config.model_copy(update=dict(changed))
+    return changed.representation
 
 
 def agnostic_datasets(config: Config) -> tuple[str, ...]:
@@ -69,18 +88,26 @@ def agnostic_seeds(config: Config) -> tuple[int, ...]:
     return config.seeds if config.agnostic is None or config.agnostic.seeds is None else config.agnostic.seeds
 
 
-def kinds_compared(config: Config) -> tuple[str, ...]:
-    """Return the kinds of its representations."""
+def kinds_of_run(config: Config) -> tuple[str, ...]:
+    """Return the kinds of all representations that a run has, in alphabetical order.
+
+    Gaussians are among them whatever the run has: robots that explore buildings make maps of them.
+    """
     names = () if config.agnostic is None else tuple(config.agnostic.representations)
-    return tuple(on_representation(config, name).representation.kind for name in names)
+    for_scorers = () if config.distortions is None else config.distortions.datasets
+    found = [config.representation, *(on_representation(config, name).representation for name in names)]
+    found += [representation_of(config, dataset) for dataset in for_scorers]
+    return tuple(sorted({"gaussians", *(each.kind for each in found)}))
 
 
-def check_agnostic(config: Config, programs: Collection[str]) -> None:
-    """Refuse a method, data set or representation of the table `agnostic` that does not fit.
+def check_representations(config: Config, programs: Collection[str]) -> None:
+    """Refuse a method, data set or representation of the table `agnostic`, or of data for scorers, that does not fit.
 
     Raises:
         UserError: one of them is unknown, chooses nothing by itself, is for scorers, or has settings that do not fit.
     """
+    for name in () if config.distortions is None else config.distortions.representations:
+        representation_of(config, name)
     told = config.agnostic
     if told is None:
         return

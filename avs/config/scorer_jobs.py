@@ -9,6 +9,7 @@ from pydantic import Field
 
 from avs.config.configuration import scorer_of
 from avs.config.held_out_jobs import held_out_job, regression_settings, scorer_table_job
+from avs.config.other_representations import representation_of
 from avs.config.run_config import Config
 from avs.iqa.cross_reference.scorer_settings import RenderJob, RenderSettings, ScorerSettings
 from avs.iqa.no_reference.niqe_settings import FitSettings
@@ -23,9 +24,10 @@ class TrainingJob(StrictModel):
     scorer: ScorerSettings = Field(description="the scorer")
 
 
-def _distortions(config: Config, _: str) -> RenderJob:
+def _distortions(config: Config, dataset: str) -> RenderJob:
+    """Return what the renderings of a data set read; an empty name is any that has the run's reconstruction."""
     renders = RenderSettings() if config.distortions is None else config.distortions.renders
-    return RenderJob(device=config.device, representation=config.representation, renders=renders)
+    return RenderJob(device=config.device, representation=representation_of(config, dataset), renders=renders)
 
 
 def _scorer_train(config: Config, scorer: str) -> TrainingJob:

@@ -11,7 +11,7 @@ from avs.config.configuration import load
 from avs.config.configuration_files import check_files
 from avs.config.jobs import settings_of
 from avs.config.method_weights import Made, absent_methods, weights_of
-from avs.config.other_representations import kinds_compared
+from avs.config.other_representations import kinds_of_run
 from avs.datasets import reader_registry
 from avs.representations import kinds
 from avs.selection import registry
@@ -48,8 +48,8 @@ os.environ[numerics.VARIABLE] = settings.numerics
 
 REPRESENTATION = kinds.find(settings.representation.kind)
 
-# Those whose kernels are compiled; scorers' data and active SLAM have Gaussians whatever the run has.
-KINDS = sorted({"gaussians", settings.representation.kind, *kinds_compared(settings)})
+# Those whose kernels are compiled.
+KINDS = kinds_of_run(settings)
 
 RESULTS = f"results/{settings.scale}"
 LOGS = f"{RESULTS}/logs"

@@ -2,6 +2,7 @@
 # regressions on plain statistics.
 
 from avs.config.configuration import scorer_of
+from avs.config.other_representations import representation_of
 from avs.iqa.cross_reference.backbone_weights import initial_weights
 
 DISTORTIONS = f"{RESULTS}/distortions/{{dataset}}/{{scene}}.safetensors"
@@ -41,14 +42,25 @@ def held_out_options(wildcards, input):
     return repeated("--held-out", input.held_out)
 
 
+def distortion_settings(wildcards):
+    """Return the settings of renderings: those of all data sets, but for one that has a representation of its own."""
+    if wildcards.dataset in settings.distortions.representations:
+        return f"{RESULTS}/settings/distortions/{wildcards.dataset}.json"
+    return f"{RESULTS}/settings/distortions.json"
+
+
+def distortion_code(wildcards):
+    """Return the source files of renderings, and of the representation that is rendered."""
+    kind = kinds.find(representation_of(settings, wildcards.dataset).kind)
+    return sources("avs.iqa.cross_reference.distortion_renders", kind.module)
+
+
 rule distortions:
     input:
         scene=SCENE,
-        settings=f"{RESULTS}/settings/distortions.json",
+        settings=distortion_settings,
         kernels=KERNELS,
-        code=sources(
-            "avs.iqa.cross_reference.distortion_renders", REPRESENTATION.module
-        ),
+        code=distortion_code,
     output:
         DISTORTIONS,
     log:
