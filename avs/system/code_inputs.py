@@ -32,6 +32,11 @@ def sources(*modules: str) -> list[str]:
     Returns:
         Paths relative to the project's root, or absolute ones outside of it, sorted.
     """
+    return list(_sources(frozenset(modules)))
+
+
+@functools.cache
+def _sources(modules: frozenset[str]) -> tuple[str, ...]:
     found: set[Path] = set()
     waiting = [path for module in modules for path in _files(module)]
     while waiting:
@@ -40,7 +45,7 @@ def sources(*modules: str) -> list[str]:
             found.add(path)
             waiting.extend(_imported(path))
     installed = {str(path) for module in modules for path in _installed(module.partition(".")[0])}
-    return sorted({str(path.relative_to(ROOT)) for path in found} | installed)
+    return tuple(sorted({str(path.relative_to(ROOT)) for path in found} | installed))
 
 
 def stamp(paths: Iterable[str]) -> str:
@@ -91,7 +96,7 @@ def _imported(path: Path) -> tuple[Path, ...]:
 
 def _names(tree: ast.AST, package: tuple[str, ...]) -> Iterator[str]:
     """Yield the modules that a file of ``package`` may import; a name that is imported from one may be one too."""
-    for node in ast.walk(tree):
+    for node in _statements(tree):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -99,6 +104,23 @@ def _names(tree: ast.AST, package: tuple[str, ...]) -> Iterator[str]:
             module = ".".join((*parents, *filter(None, [node.module])))
             yield module
             yield from (f"{module}.{alias.name}" for alias in node.names)
+
+
+_HOLDS_STATEMENTS = (ast.stmt, ast.excepthandler, ast.match_case)
+
+
+def _statements(tree: ast.AST) -> Iterator[ast.AST]:
+    """Yield all statements; expressions, most of a tree, hold none and are passed over."""
+    waiting = [tree]
+    while waiting:
+        for _, value in ast.iter_fields(waiting.pop()):
+            if (
+                isinstance(value, list)
+                and value
+                and isinstance(value[0], (ast.stmt, ast.excepthandler, ast.match_case))
+            ):
+                yield from value
+                waiting.extend(value)
 
 
 @functools.cache
