@@ -117,8 +117,8 @@ class RadianceField:
 
     @property
     def primitives(self) -> int:
-        """Number of parameters: a field has no primitives."""
-        return sum(parameter.numel() for parameter in self.field.parameters.values())
+        """None: a field is no sum of things that could be counted."""
+        return 0
 
     def fit(self, views: Views, iterations: int) -> None:
         """Optimise on ``views`` for ``iterations`` more steps, each on pixels drawn from all of them.
