@@ -66,7 +66,7 @@ def active_slam(
         from avs.report.tables.active_slam import write_active_slam
 
         told = read_settings(settings, SlamFigureJob)
-        write_active_slam(records, told.buildings, told.methods, published, out, told.absent)
+        write_active_slam(records, told.buildings, told.in_order, published, out, told.absent)
 
 
 @commands.command("slam_maps")

@@ -69,7 +69,13 @@ class SlamFigureJob(StrictModel):
     absent: dict[str, Reason] = Field(default={}, description="why a method does not explore, by identifier")
     buildings: tuple[str, ...] = Field(description="names, in order")
     methods: tuple[str, ...] = Field(description="identifiers, in order")
+    choosers: dict[str, PathScorerSettings] = Field(description="what chooses the paths, by these identifiers")
     seeds: tuple[int, ...] = Field(description="of the records")
+
+    @property
+    def in_order(self) -> dict[str, PathScorerSettings]:
+        """What chooses the paths, by identifier, in order: a record keeps none of its entries by name."""
+        return {name: self.choosers[name] for name in self.methods}
 
 
 def exploration_settings(slam: SlamConfig, building: str, method: str) -> SlamSettings:
@@ -80,7 +86,13 @@ def exploration_settings(slam: SlamConfig, building: str, method: str) -> SlamSe
 
 def slam_figure(slam: SlamConfig, absent: dict[str, Reason]) -> SlamFigureJob:
     """Return which records a figure or table holds."""
-    return SlamFigureJob(buildings=tuple(slam.buildings), methods=tuple(slam.methods), seeds=slam.seeds, absent=absent)
+    return SlamFigureJob(
+        buildings=tuple(slam.buildings),
+        methods=tuple(slam.methods),
+        choosers=slam.methods,
+        seeds=slam.seeds,
+        absent=absent,
+    )
 
 
 def explorers(slam: SlamConfig | None) -> dict[str, SelectorPathSettings]:

@@ -78,7 +78,7 @@ def _explorations(plan: RunPlan) -> WantedExplorations | None:
     if not told.with_tables and not any(each.path.exists() for each in records):
         return None
     published = Path(f"{FOLDER}/{SLAM_NAME}")
-    return WantedExplorations(settings.buildings, settings.methods, tuple(records), published, settings.absent)
+    return WantedExplorations(settings.buildings, settings.in_order, tuple(records), published, settings.absent)
 
 
 def _exploration_logs(plan: RunPlan, place: dict[str, Any]) -> tuple[Path, ...]:

@@ -11,6 +11,7 @@ from avs.report.collect_explorations import Place, read_explorations
 from avs.report.document import Document
 from avs.report.tables.active_slam import active_slam
 from avs.slam.loop.exploration_record import ExplorationRecord
+from avs.slam.scoring.path_settings import PathScorerSettings
 from avs.system.errors import UserError
 from avs.system.job_logs import why_missing
 from avs.system.reasons import Reason
@@ -42,14 +43,14 @@ class WantedExplorations:
 
     Attributes:
         buildings: names, in the order of groups.
-        methods: identifiers, in the order of rows.
+        methods: what chooses the paths by identifier, in the order of rows.
         records: what it is made from.
         published: file of the paper's values.
         absent: why a method cannot explore, by identifier.
     """
 
     buildings: tuple[str, ...]
-    methods: tuple[str, ...]
+    methods: Mapping[str, PathScorerSettings]
     records: tuple[WantedExploration, ...]
     published: Path
     absent: Mapping[str, Reason]

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pydantic import TypeAdapter
 
 from avs.report.collect_explorations import read_explorations
 from avs.report.figures.slam_maps import write_slam_maps
@@ -22,6 +23,7 @@ from avs.slam.loop.exploration_record import (
     PathEntry,
 )
 from avs.slam.loop.slam_settings import SlamSettings
+from avs.slam.scoring.path_settings import PathScorerSettings
 from avs.system.errors import UserError
 from avs.system.reasons import Reason
 from avs.system.records import read_record, write_record
@@ -48,10 +50,11 @@ def write(
     area=10.0,
     start=(1, 1, 0, 0),
     label=None,
+    kind=None,
     **more,
 ):
     """Write the records of an exploration, and return the path of the first."""
-    kind = method if method in ("nearest", "oracle", "fisherrf") else "nearest"
+    kind = kind or (method if method in ("nearest", "oracle", "fisherrf") else "nearest")
     settings = SlamSettings.model_validate({"scorer": {"kind": kind}, "exploration": {"steps": steps}, **more})
     points = [
         CoveragePoint(step=step, scr_means=scr * step / steps, seen=scr, gaussians=10, path_length=1.0)
@@ -81,8 +84,16 @@ def write(
     return out
 
 
+def choosers(methods):
+    """Return what chooses the paths by identifier: the kind of that name, or the method of Task A."""
+    kinds = [kind for kind in methods if kind in ("nearest", "random", "oracle", "fisherrf")]
+    told = {name: {"kind": name} if name in kinds else {"kind": "selector", "method": name} for name in methods}
+    return {name: TypeAdapter(PathScorerSettings).validate_python(each) for name, each in told.items()}
+
+
 def rows_of(paths, methods, buildings=("flat",)):
-    document = active_slam(read_explorations(paths), buildings, methods, PUBLISHED)
+    told = methods if isinstance(methods, dict) else choosers(methods)
+    document = active_slam(read_explorations(paths), buildings, told, PUBLISHED)
     return {(group.name, row.label): row for group in document.groups for row in group.rows}, document
 
 
@@ -93,6 +104,27 @@ def test_values_stand_beside_the_papers_without_a_difference(tmp_path):
     assert not any(column.difference for column in document.columns)
     assert any("for orientation alone" in note for note in document.notes)
     assert "a note" in document.notes
+
+
+def test_the_papers_values_are_beside_what_chooses_the_paths_and_not_beside_a_name(tmp_path):
+    told = {
+        "fisherrf": {"kind": "nearest"},
+        "ours-close": {"kind": "selector", "method": "farthest"},
+        "far": {"kind": "selector", "method": "ours-repvit"},
+        "views": {"kind": "selector", "method": "fisherrf"},
+        "released": {"kind": "fisherrf"},
+    }
+    methods = {name: TypeAdapter(PathScorerSettings).validate_python(each) for name, each in told.items()}
+    paths = [write(tmp_path, method=name, label=name, kind="nearest") for name in told if name != "far"]
+    rows, _ = rows_of(paths, methods)
+    found = {label: (row.cells[0].published, row.proposed, row.identifier) for (_, label), row in rows.items()}
+    assert found == {
+        "fisherrf": (None, False, ""),
+        "ours-close": (None, False, "farthest"),
+        "far": ("93.71", True, "ours-repvit"),
+        "views": (None, False, "fisherrf"),
+        "released": ("92.89", False, "fisherrf"),
+    }
 
 
 def test_seeds_have_a_mean_and_a_spread_and_the_oracle_no_rank(tmp_path):
@@ -143,7 +175,7 @@ def test_records_of_another_mesh_or_robot_are_refused(tmp_path, change):
 def test_equal_records_give_equal_bytes_in_any_order(tmp_path):
     paths = [write(tmp_path, seed=seed, method=method) for seed in (0, 1) for method in ("nearest", "fisherrf")]
     for name, order in (("a", paths), ("b", paths[::-1])):
-        write_active_slam(order, ["flat"], ["nearest", "fisherrf"], PUBLISHED, tmp_path / name)
+        write_active_slam(order, ["flat"], choosers(["nearest", "fisherrf"]), PUBLISHED, tmp_path / name)
         write_slam_over_steps(order, ["flat"], ["nearest", "fisherrf"], tmp_path / f"curves_{name}")
     for ending in (".csv", ".md", ".tex", "_per_run.csv", "_curves.csv"):
         assert (tmp_path / f"a{ending}").read_bytes() == (tmp_path / f"b{ending}").read_bytes(), ending
@@ -180,7 +212,9 @@ def wanted(path, building, method, seed, **changes):
 
 def unfinished_table(records, absent=None):
     methods = tuple(dict.fromkeys(each.place[1] for each in records)) + tuple(absent or ())
-    document = incomplete_explorations(WantedExplorations(("flat",), methods, tuple(records), PUBLISHED, absent or {}))
+    document = incomplete_explorations(
+        WantedExplorations(("flat",), choosers(methods), tuple(records), PUBLISHED, absent or {})
+    )
     return {row.label: row for row in document.groups[0].rows}, document
 
 

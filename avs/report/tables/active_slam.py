@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
 
+from avs.report.chosen_paths import is_proposed, method_of, published_as
 from avs.report.collect_explorations import Explorations, Place, read_explorations
 from avs.report.document import Cell, Column, Document, Group, Listing, Row
 from avs.report.formats.numbers import EXTRA_DECIMALS, plain
@@ -16,6 +17,7 @@ from avs.report.formats.writing import write_document
 from avs.report.published import read_published
 from avs.report.tables.arrangement import ranks
 from avs.slam.loop.exploration_record import ExplorationMeta, ExplorationRecord
+from avs.slam.scoring.path_settings import PathScorerSettings
 from avs.system.reasons import Reason
 from metrics.definitions import Metric
 
@@ -27,8 +29,6 @@ RUN_FIELDS = ("building", "method", "seed", "metric", "value")
 
 CURVE_FIELDS = ("building", "method", "seed", "step", "scr_means", "seen", "gaussians", "path_length")
 """Columns of the csv file of curves."""
-
-PROPOSED = "ours"
 
 Value = Callable[[ExplorationRecord, ExplorationMeta], float | None]
 
@@ -80,7 +80,7 @@ _PAPER = ("scr_percent", "depth_mae_metres", "psnr")
 def write_active_slam(
     records: Sequence[Path],
     buildings: Sequence[str],
-    methods: Sequence[str],
+    methods: Mapping[str, PathScorerSettings],
     published: Path,
     out: Path,
     absent: Mapping[str, Reason] = MappingProxyType({}),
@@ -90,7 +90,7 @@ def write_active_slam(
     Args:
         records: ``exploration.json`` files.
         buildings: names, in the order of groups.
-        methods: identifiers, in the order of rows; each has its row in each building.
+        methods: what chooses the paths by identifier, in the order of rows; each has its row in each building.
         published: the paper's values.
         out: path of the table without suffix.
         absent: why a method could not explore, by identifier.
@@ -104,7 +104,7 @@ def write_active_slam(
 def active_slam(
     explorations: Explorations,
     buildings: Sequence[str],
-    methods: Sequence[str],
+    methods: Mapping[str, PathScorerSettings],
     published: Path,
     absent: Mapping[str, Reason] = MappingProxyType({}),
 ) -> Document:
@@ -116,8 +116,11 @@ def active_slam(
     )
     groups, listed = [], []
     for building in buildings:
-        cells = {method: _cells(explorations, building, method, paper, absent.get(method)) for method in methods}
-        groups.append(Group(building, _rows(explorations, columns, building, cells)))
+        cells = {
+            method: _cells(explorations, building, method, _values_of(paper, chooser), absent.get(method))
+            for method, chooser in methods.items()
+        }
+        groups.append(Group(building, _rows(explorations, columns, building, methods, cells)))
         listed += _listed(explorations, building, methods, cells)
     return Document(
         label="active-slam",
@@ -130,7 +133,13 @@ def active_slam(
     )
 
 
-def _with_gaps(explorations: Explorations, buildings: Sequence[str], methods: Sequence[str]) -> Explorations:
+def _values_of(paper: Mapping[tuple[str, str], str], chooser: PathScorerSettings) -> dict[str, str]:
+    """Return the paper's values of what chooses paths, by metric."""
+    name = published_as(chooser)
+    return {metric: value for (method, metric), value in paper.items() if method == name and metric in _PAPER}
+
+
+def _with_gaps(explorations: Explorations, buildings: Sequence[str], methods: Iterable[str]) -> Explorations:
     """Return the explorations with those told as missing that a method lacks though others have that seed."""
     lacking: dict[Place, str] = {}
     for building in buildings:
@@ -145,7 +154,7 @@ def _cells(
     explorations: Explorations,
     building: str,
     method: str,
-    paper: Mapping[tuple[str, str], str],
+    paper: Mapping[str, str],
     reason: Reason | None,
 ) -> list[Cell]:
     """Return the mean over seeds, and their standard deviation where there are several, of each column."""
@@ -155,7 +164,7 @@ def _cells(
     for metric, value in _COLUMNS:
         values = [value(explorations.cells[place], explorations.metas[place]) for place in places]
         numbers = [number for number in values if number is not None]
-        beside = paper.get((method, metric.identifier)) if metric.identifier in _PAPER else None
+        beside = paper.get(metric.identifier)
         if not numbers:
             cells.append(Cell(published=beside, cause=cause if not places and not cells else None))
             continue
@@ -165,7 +174,11 @@ def _cells(
 
 
 def _rows(
-    explorations: Explorations, columns: Sequence[Column], building: str, cells: Mapping[str, list[Cell]]
+    explorations: Explorations,
+    columns: Sequence[Column],
+    building: str,
+    methods: Mapping[str, PathScorerSettings],
+    cells: Mapping[str, list[Cell]],
 ) -> tuple[Row, ...]:
     """Return the rows of a building, with ranks among those that compete and have all their seeds."""
     gaps = {place[1] for place in explorations.missing if place[0] == building}
@@ -176,7 +189,8 @@ def _rows(
         for method, rank in ranks(values, column.metric).items():
             marked[method][index] = replace(marked[method][index], rank=rank)
     return tuple(
-        Row(explorations.label(method), tuple(marked[method]), method.startswith(PROPOSED), method) for method in cells
+        Row(explorations.label(method), tuple(marked[method]), is_proposed(chooser), method_of(chooser))
+        for method, chooser in methods.items()
     )
 
 
@@ -235,7 +249,7 @@ def _storeys(explorations: Explorations) -> list[str]:
     ]
 
 
-def _notes(explorations: Explorations, methods: Sequence[str]) -> list[str]:
+def _notes(explorations: Explorations, methods: Iterable[str]) -> list[str]:
     notes = [note for record in explorations.cells.values() for note in record.notes] + _storeys(explorations)
     unranked = [explorations.label(method) for method in methods if not explorations.ranked(method)]
     if unranked:
@@ -252,7 +266,7 @@ def _absent(absent: Mapping[str, Reason]) -> list[str]:
 
 
 def _listed(
-    explorations: Explorations, building: str, methods: Sequence[str], cells: Mapping[str, list[Cell]]
+    explorations: Explorations, building: str, methods: Iterable[str], cells: Mapping[str, list[Cell]]
 ) -> list[tuple[str | int, ...]]:
     rows: list[tuple[str | int, ...]] = []
     for method in methods:
