@@ -153,13 +153,8 @@ def _episode_beside(plan: RunPlan, rule: str, beside: str, place: dict[str, str]
     settings = settings_of(plan.config, f"{rule}/{place[beside]}/{place['method']}")
     assert isinstance(settings, EpisodeSettings)
     logs = (Path(plan.logs[rule].format(**place)), *own.logs[1:])
-    return replace(
-        own,
-        path=Path(plan.records[rule].format(**place)),
-        logs=logs,
-        settings=_recorded(settings),
-        stale=why_stale(logs, plan.stamps),
-    )
+    path, stale = Path(plan.records[rule].format(**place)), why_stale(logs, plan.stamps)
+    return replace(own, path=path, logs=logs, settings=_recorded(settings), stale=stale)
 
 
 def _recorded(settings: EpisodeSettings) -> dict[str, Any]:
