@@ -187,3 +187,5 @@ SLAM_FISHER = 2e-3
 FIELD_PLACES = 2e-5
 FIELD_VALUES = 2e-5
 FIELD_GRADIENTS = 1e-4
+# Decibels after 40 steps: another order of sums makes another trajectory.
+FIELD_FIT = 0.5

@@ -12,6 +12,7 @@ from avs.representations.gaussians.splats import GaussianSplats
 from avs.scene.cameras import Cameras
 from avs.scene.scene import Scene
 from avs.system.errors import UserError
+from tests import tolerances
 from tests.factories import small_scene
 
 SMALL = {
@@ -201,4 +202,14 @@ def test_the_kernels_and_the_twin_fit_alike(scene, views, monkeypatch, decoder):
         ),
     )
     theirs.fit(views, 40)
-    assert psnr(ours, views) == pytest.approx(psnr(theirs, views), abs=0.5)
+    assert psnr(ours, views) == pytest.approx(psnr(theirs, views), abs=tolerances.FIELD_FIT)
+
+
+def test_nerfacto_fits_alike_with_its_twin(scene, views, monkeypatch):
+    from avs.representations.nerfacto import hash_grid, nerfacto_networks
+
+    ours, theirs = (built(scene, "nerfacto") for _ in range(2))
+    ours.fit(views, 40)
+    monkeypatch.setattr(nerfacto_networks, "looked_up", hash_grid.looked_up_by_torch)
+    theirs.fit(views, 40)
+    assert psnr(ours, views) == pytest.approx(psnr(theirs, views), abs=tolerances.FIELD_FIT)

@@ -156,7 +156,9 @@ class RadianceField:
                 rays = image_rays(cameras[index], self._device)
                 parts = [rays.part(begin, begin + RAYS_TOGETHER) for begin in range(0, len(rays), RAYS_TOGETHER)]
                 rgb, distance, alpha = map(torch.cat, zip(*map(self.field.rendered, parts), strict=True))
-                depth = torch.where(alpha > 0, distance / alpha.clamp_min(1e-12) * rays.along_axis, torch.zeros(()))
+                depth = torch.where(
+                    alpha > 0, distance / alpha.clamp_min(1e-12) * rays.along_axis, torch.zeros_like(alpha)
+                )
                 images.append((rgb.clamp(0, 1).cpu(), depth.cpu(), alpha.clamp(0, 1).cpu()))
         colors, depths, alphas = (torch.stack(each).numpy() for each in zip(*images, strict=True))
         shape = (len(cameras), height, width)
