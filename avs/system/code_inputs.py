@@ -5,11 +5,11 @@ from __future__ import annotations
 import ast
 import functools
 import hashlib
-import importlib.util
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from avs.system.files import SMALL, file_hash
+from avs.system.installed_files import installed_files
 from avs.system.known_digests import known_digest
 from avs.system.numerics import asked
 
@@ -26,8 +26,9 @@ def sources(*modules: str) -> list[str]:
     name them.
 
     Args:
-        modules: dotted names, such as ``avs.nvs.loop``. Of one outside this project, its whole package is returned
-            without what that imports.
+        modules: dotted names, such as ``avs.nvs.loop``; files beside one that are no modules, such as its data, are
+            returned too. Of one outside this project, its package and what was installed with it are returned, without
+            what they import.
 
     Returns:
         Paths relative to the project's root, or absolute ones outside of it, sorted.
@@ -44,8 +45,11 @@ def _sources(modules: frozenset[str]) -> tuple[str, ...]:
         if path not in found:
             found.add(path)
             waiting.extend(_imported(path))
-    installed = {str(path) for module in modules for path in _installed(module.partition(".")[0])}
-    return tuple(sorted({str(path.relative_to(ROOT)) for path in found} | installed))
+    data = {path for module in modules for file in _files(module)[-1:] for path in _beside(file.parent)}
+    installed = {
+        str(path) for module in modules if module.partition(".")[0] not in PACKAGES for path in installed_files(module)
+    }
+    return tuple(sorted({str(path.relative_to(ROOT)) for path in found | data} | installed))
 
 
 def stamp(paths: Iterable[str]) -> str:
@@ -124,13 +128,13 @@ def _statements(tree: ast.AST) -> Iterator[ast.AST]:
 
 
 @functools.cache
-def _installed(package: str) -> tuple[Path, ...]:
-    """Return the source files of a package that is none of this project's; none where it is not known."""
-    spec = None if package in PACKAGES else importlib.util.find_spec(package)
-    if spec is None or spec.origin is None:
-        return ()
-    folders = spec.submodule_search_locations
-    return (Path(spec.origin),) if folders is None else tuple(sorted(Path(spec.origin).parent.rglob("*.py")))
+def _beside(folder: Path) -> tuple[Path, ...]:
+    """Return the files of a folder that are neither code of Python nor hidden."""
+    return tuple(
+        path
+        for path in folder.iterdir()
+        if path.suffix not in (".py", ".pyc") and not path.name.startswith(".") and path.is_file()
+    )
 
 
 def _files(module: str) -> list[Path]:

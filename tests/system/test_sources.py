@@ -6,6 +6,7 @@ from pathlib import Path
 
 from avs.system.code_inputs import ROOT, sources
 from avs.system.files import file_hash
+from avs.system.installed_files import _brought_by, installed_files
 
 
 def test_imports_are_followed_also_inside_functions():
@@ -71,6 +72,47 @@ def test_a_module_of_another_package_brings_the_files_of_that_package(tmp_path, 
         str(package / name) for name in ("__init__.py", "method.py", "parts/angles.py")
     ]
     assert sources("no_such_package.method") == []
+
+
+def test_a_distribution_of_several_modules_brings_them_all_and_a_package_its_data(tmp_path, monkeypatch):
+    told = tmp_path / "avs_turn-1.dist-info"
+    told.mkdir()
+    (told / "METADATA").write_text("Metadata-Version: 2.1\nName: avs_turn\nVersion: 1\n")
+    (told / "top_level.txt").write_text("avs_turn\navs_turn_core\n")
+    names = ("avs_turn.py", "avs_turn_core.py", "avs_turn_tables/angles.json", "avs_turn_fast.abi3.so")
+    (tmp_path / "avs_turn_tables").mkdir()
+    for name in names:
+        (tmp_path / name).touch()
+    (told / "RECORD").write_text(
+        "".join(f"{name},,\n" for name in (names[0], *names[2:], "avs_turn-1.dist-info/RECORD"))
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    installed_files.cache_clear()
+    _brought_by.cache_clear()
+    assert sources("avs_turn") == sorted(str(tmp_path / name) for name in names)
+    _brought_by.cache_clear()
+
+
+def test_data_of_a_package_count_and_what_python_compiles_does_not(tmp_path, monkeypatch):
+    package = tmp_path / ".local" / "turning_data"
+    (package / "__pycache__").mkdir(parents=True)
+    names = ("__init__.py", "angles.json", "fast.so")
+    for name in (*names, "__pycache__/a.pyc", "{{name}}.txt", ".hidden"):
+        (package / name).touch()
+    monkeypatch.syspath_prepend(tmp_path / ".local")
+    assert sources("turning_data") == [str(package / name) for name in names]
+
+
+def test_data_beside_a_method_count(tmp_path, monkeypatch):
+    from avs.system import code_inputs
+
+    package = tmp_path / "avs" / "selectors" / "turning"
+    package.mkdir(parents=True)
+    for name in ("__init__.py", "angles.json"):
+        (package / name).touch()
+    monkeypatch.setattr(code_inputs, "ROOT", tmp_path)
+    folder = "avs/selectors/turning"
+    assert sources("avs.selectors.turning") == [f"{folder}/__init__.py", f"{folder}/angles.json"]
 
 
 def test_a_large_file_is_read_once_and_again_after_an_edit_that_keeps_size_and_time(tmp_path, monkeypatch):

@@ -1,0 +1,69 @@
+"""The files of installed packages that are none of this project's: what a method of somebody else may be made of."""
+
+from __future__ import annotations
+
+import functools
+import importlib.metadata
+import importlib.util
+from collections.abc import Iterator
+from importlib.machinery import ModuleSpec
+from pathlib import Path
+
+_LEFT_OUT = ("__pycache__", ".pyc", ".dist-info", ".egg-info")
+_BRACES = frozenset("{}")  # Snakemake takes what stands in them for a wildcard
+
+
+@functools.cache
+def installed_files(module: str) -> tuple[Path, ...]:
+    """Return the files that a module may be made of, sorted: code, data and compiled modules.
+
+    They are those of the package that holds it, and of the distribution that brought it, since one can bring modules
+    beside each other. Of a distribution that is installed as a link to a folder, no list of files is known: those of
+    the packages and modules that it names count.
+
+    Args:
+        module: dotted name; one that is not known has no files.
+    """
+    found = set(_of_package(module))
+    for distribution in _distributions(module.partition(".")[0]):
+        found.update(Path(str(path.locate())) for path in distribution.files or () if _counts(path.parts))
+        for name in (distribution.read_text("top_level.txt") or "").split():
+            found.update(_of_package(name))
+    return tuple(sorted(path for path in found if not _BRACES & set(str(path)) and path.is_file()))
+
+
+def _counts(parts: tuple[str, ...]) -> bool:
+    """Return whether a file counts, by its path within what was installed: not what only tells of it or is hidden."""
+    return not any(part.endswith(_LEFT_OUT) or part.startswith(".") for part in parts)
+
+
+def _distributions(package: str) -> Iterator[importlib.metadata.Distribution]:
+    """Yield the distributions that bring a package; several can share one."""
+    for name in _brought_by().get(package, ()):
+        yield importlib.metadata.distribution(name)
+
+
+@functools.cache
+def _brought_by() -> dict[str, list[str]]:
+    return {package: sorted(set(names)) for package, names in importlib.metadata.packages_distributions().items()}
+
+
+def _of_package(module: str) -> Iterator[Path]:
+    """Yield the files of the outermost package that holds a module and is in one folder, or its own file."""
+    parts = module.split(".")
+    for depth in range(1, len(parts) + 1):
+        spec = _spec(".".join(parts[:depth]))
+        if spec is None:
+            return
+        if spec.origin is not None and spec.has_location:
+            origin, folder = Path(spec.origin), Path(spec.origin).parent
+            inside = folder.rglob("*") if spec.submodule_search_locations is not None else [origin]
+            yield from (path for path in inside if _counts(path.relative_to(folder).parts))
+            return
+
+
+def _spec(module: str) -> ModuleSpec | None:
+    try:
+        return importlib.util.find_spec(module)
+    except (ImportError, ValueError):  # of what a package does when it is imported others tell
+        return None
