@@ -1,9 +1,13 @@
 """Files that a mesh names are part of what an exploration was made of."""
 
 import json
+import struct
 
+import numpy as np
 import pytest
+from PIL import Image
 
+from avs.slam.building.building_files import read_building
 from avs.slam.building.side_files import mesh_digest, side_files
 from avs.system.files import file_hash
 
@@ -29,6 +33,59 @@ def test_buffers_and_textures_of_gltf_are_found(tmp_path):
     for name in ("a b.bin", "t.jpg"):
         (tmp_path / name).write_bytes(b"x")
     assert [path.name for path in side_files(tmp_path / "a.gltf")] == ["a b.bin", "t.jpg"]
+
+
+MATERIAL = "newmtl one\nKd 1 1 1\n"
+
+
+def write_obj(folder, named, texture, library, file):
+    """Write a triangle with a texture: what follows ``mtllib`` and ``map_Kd``, and the names of the two files."""
+    faces = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl one\nf 1/1 2/2 3/3\n"
+    for path in (folder / library, folder / file):
+        path.parent.mkdir(parents=True, exist_ok=True)
+    (folder / "a.obj").write_text(f"{named}\n{faces}")
+    (folder / library).write_text(f"{MATERIAL}{texture}\n")
+    Image.fromarray(np.full((4, 4, 3), 200, np.uint8)).save(folder / file)
+    return folder / "a.obj"
+
+
+@pytest.mark.parametrize(
+    ("named", "texture", "library", "file"),
+    [
+        ("mtllib a.mtl", "map_Kd wall.png", "a.mtl", "wall.png"),
+        ("mtllib a.mtl", "map_Kd wall paper.png", "a.mtl", "wall paper.png"),
+        ("mtllib a.mtl", "map_Kd -s 1 1 1 -clamp on wall  paper.png", "a.mtl", "wall  paper.png"),
+        ("mtllib a.mtl", "map_Kd t\\wall.png", "a.mtl", "t/wall.png"),
+        ("mtllib a.mtl", "map_Kd C:\\somewhere\\wall.png", "a.mtl", "wall.png"),
+        ("mtllib a.mtl", "map_Kd\t/somewhere/wall.png", "a.mtl", "wall.png"),
+        ("mtllib\ta.mtl", "map_Kd\twall.png", "a.mtl", "wall.png"),
+        ("mtllib a b.mtl", "map_Kd wall.png", "a b.mtl", "wall.png"),
+        ("mtllib m/a.mtl", "map_Kd wall.png", "m/a.mtl", "m/wall.png"),
+        ("mtllib gone.mtl", "map_Kd wall.png", "a.mtl", "wall.png"),
+        ("#\n" * 800_000 + "mtllib a.mtl", "map_Kd wall.png", "a.mtl", "wall.png"),
+    ],
+)
+def test_what_open3d_takes_for_a_texture_is_found(tmp_path, named, texture, library, file):
+    path = write_obj(tmp_path, named, texture, library, file)
+    assert len(read_building(path).textures) == 1
+    assert [tmp_path / library, tmp_path / file] == side_files(path)
+
+
+@pytest.mark.parametrize("named", ["mtllib b.mtl a.mtl", "mtllib b.mtl\nmtllib a.mtl", "mtllib  b.mtl  a.mtl "])
+def test_several_libraries_are_found(tmp_path, named):
+    path = write_obj(tmp_path, named, "map_Kd wall.png", "a.mtl", "wall.png")
+    (tmp_path / "b.mtl").write_text("newmtl two\n")
+    assert {each.name for each in side_files(path)} == {"a.mtl", "b.mtl", "wall.png"}
+
+
+def test_textures_beside_a_binary_gltf_are_found(tmp_path):
+    told = json.dumps({"images": [{"uri": "t.jpg"}]}).encode()
+    head = struct.pack("<4sIIII", b"glTF", 2, 20 + len(told), len(told), 0x4E4F534A)
+    (tmp_path / "a.glb").write_bytes(head + told)
+    (tmp_path / "t.jpg").write_bytes(b"x")
+    assert [path.name for path in side_files(tmp_path / "a.glb")] == ["t.jpg"]
+    (tmp_path / "a.glb").write_bytes(b"glTF")
+    assert side_files(tmp_path / "a.glb") == []
 
 
 @pytest.mark.parametrize("content", ["not json", "[]", '{"buffers": 3}', '{"images": [{"uri": 3}]}'])
