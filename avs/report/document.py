@@ -60,12 +60,14 @@ class Row:
         cells: one for each column.
         proposed: whether the paper proposes it; a rule may set such rows off from the others.
         identifier: of the method, by which a page finds its episodes; empty for what else a table has in its rows.
+        ranked: whether it competes for ranks.
     """
 
     label: str
     cells: tuple[Cell, ...]
     proposed: bool = False
     identifier: str = ""
+    ranked: bool = False
 
 
 @dataclass(frozen=True)
@@ -111,10 +113,17 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Listing:
-    """Numbers for other programs: the names of the fields, and records of as many values; empty text is missing."""
+    """Numbers for other programs.
+
+    Attributes:
+        fields: their names.
+        records: as many values each; empty text is missing.
+        exact: the last value of each record with all its digits, where a page computes with it; else empty.
+    """
 
     fields: tuple[str, ...]
     records: tuple[tuple[str | int, ...], ...]
+    exact: tuple[float | None, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -54,7 +54,7 @@ def read_coverage_page(path: Path, scene_hash: str, most: int) -> CoveragePage:
         "left_out": record.left_out,
         "reference": None if record.against_reference is None else record.against_reference.model_dump(mode="json"),
         "surface": None if record.against_surface is None else record.against_surface.model_dump(mode="json"),
-        "curve": [[point.views, *rounded([point.scr, point.true_scr])] for point in record.curve],
+        "curve": [[point.views, point.scr, point.true_scr] for point in record.curve],
         "absent": record.absent,
         "notes": record.notes,
         "distances": None,

@@ -74,7 +74,7 @@ def _step(step: Step, before: Step | None, places: dict[str, int], seconds: floa
 
 def _moment(point: CurvePoint) -> dict[str, Any]:
     """Return one moment of the test curve, with the values of each test image by metric."""
-    values = {metric: rounded(getattr(image, metric) for image in point.images) for metric in CURVE}
+    values = {metric: [getattr(image, metric) for image in point.images] for metric in CURVE}
     return {"views": point.views, "iteration": point.iteration, "primitives": point.primitives} | values
 
 

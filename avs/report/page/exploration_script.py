@@ -45,7 +45,7 @@ def write_exploration_script(record: Path, settings: PageSettings, page: Path) -
         "ended": told.ended,
         "notes": told.notes,
         "decisions": [_decision(each) for each in told.decisions],
-        "curve": [[point.step, *rounded([point.scr_means, point.seen])] for point in told.curve],
+        "curve": [[point.step, point.scr_means, point.seen] for point in told.curve],
         "final": told.final.model_dump(mode="json"),
         "way": [rounded(place) for place in arrays["trajectory"][:, :2].tolist()],
         "above": _above(arrays, settings),

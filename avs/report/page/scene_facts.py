@@ -77,7 +77,7 @@ def _points(scene: Scene, most: int) -> dict[str, Any]:
 
 def _summary(episode: Episode) -> dict[str, Any]:
     curve = [
-        [point.views, point.iteration, point.primitives, *rounded(image_mean(point, metric) for metric in CURVE)]
+        [point.views, point.iteration, point.primitives, *(image_mean(point, metric) for metric in CURVE)]
         for point in episode.curve
     ]
     return {"method": episode.method, "seed": episode.seed, "budget": episode.budget, "curve": curve}

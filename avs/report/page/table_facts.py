@@ -22,6 +22,7 @@ _KINDS: tuple[tuple[str, str, str], ...] = (
     ("runtime_detail", "Selection times", "time and PSNR"),
     ("runtime", "Selection times", "all that is measured"),
     ("active_slam", "Active SLAM", "buildings"),
+    ("scorer", "Scorers", "held-out scenes"),
     ("re10k_mfr", "View synthesis", "two data sets side by side"),
 )
 """How the name of a table begins, its section, and its title with the name of the data set."""
@@ -47,5 +48,14 @@ def table_facts(document: Document) -> dict[str, Any]:
     told = asdict(document)
     appendices = told.pop("appendices")
     del told["listing"]
-    told["per_scene"] = appendices.get(_PER_SCENE)
+    told["per_scene"] = _singles(appendices.get(_PER_SCENE))
     return told
+
+
+def _singles(listing: dict[str, Any] | None) -> dict[str, Any] | None:
+    """Return the values of single scenes with all their digits: of rounded ones, other means can come out."""
+    if listing is None:
+        return None
+    values = listing["exact"]
+    records = [[*told, value] for (*told, _), value in zip(listing["records"], values, strict=True)]
+    return {"fields": listing["fields"], "records": records}

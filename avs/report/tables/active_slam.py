@@ -189,7 +189,13 @@ def _rows(
         for method, rank in ranks(values, column.metric).items():
             marked[method][index] = replace(marked[method][index], rank=rank)
     return tuple(
-        Row(explorations.label(method), tuple(marked[method]), is_proposed(chooser), method_of(chooser))
+        Row(
+            explorations.label(method),
+            tuple(marked[method]),
+            is_proposed(chooser),
+            method_of(chooser),
+            method in compete,
+        )
         for method, chooser in methods.items()
     )
 

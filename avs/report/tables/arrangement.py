@@ -46,7 +46,7 @@ def arranged(
 
 
 def _row(method: Presented, cells: Sequence[Cell]) -> Row:
-    return Row(method.label, tuple(cells), method.proposed, method.identifier)
+    return Row(method.label, tuple(cells), method.proposed, method.identifier, method.ranked)
 
 
 def ranks(values: Mapping[str, float | None], metric: Metric) -> dict[str, int]:

@@ -204,16 +204,12 @@ def _trust(metrics: Sequence[Metric], trust: Sequence[CoverageAgreement]) -> tup
 
 def _per_scene(episodes: Episodes, coverages: Coverages, methods: Sequence[str], metrics: Sequence[Metric]) -> Listing:
     """Return one record for each method, metric, scene and seed."""
-    records = [
-        (
-            method,
-            metric.identifier,
-            *cell,
-            episode.budget,
-            plain(coverage_value(coverages, method, cell, metric.identifier), metric.decimals + EXTRA_DECIMALS),
-        )
-        for method in methods
-        for metric in metrics
-        for cell, episode in episodes.cells.get(method, {}).items()
-    ]
-    return Listing(EPISODE_FIELDS, tuple(records))
+    records, exact = [], []
+    for method in methods:
+        for metric in metrics:
+            for cell, episode in episodes.cells.get(method, {}).items():
+                value = coverage_value(coverages, method, cell, metric.identifier)
+                told = plain(value, metric.decimals + EXTRA_DECIMALS)
+                records.append((method, metric.identifier, *cell, episode.budget, told))
+                exact.append(value)
+    return Listing(EPISODE_FIELDS, tuple(records), tuple(exact))

@@ -135,7 +135,8 @@ def _groups(
     found: dict[Kind, list[Row]] = {kind: [] for kind in _GROUPS}
     for each in _with_absent(scored, methods, absent):
         if isinstance(each, Scored):
-            found[each.kind].append(Row(each.label, tuple(cells[each.identifier]), identifier=each.identifier))
+            own, competes = tuple(cells[each.identifier]), each.kind not in _UNMARKED
+            found[each.kind].append(Row(each.label, own, identifier=each.identifier, ranked=competes))
         else:
             kind, label, reason = each
             found[kind].append(Row(label, (Cell(cause=reason.cause), *[Cell()] * (len(columns) - 1))))
@@ -204,12 +205,11 @@ def _listing(scored: Sequence[Scored], numbers: _Numbers, absent: Mapping[str, R
 
 
 def _scenes(records: Sequence[HeldOutScores]) -> Listing:
-    found: list[tuple[str | int, ...]] = []
-    for record in records:
-        for each in record.scored:
-            values = scene_numbers(record, each)
-            found += [
-                (each.identifier, record.dataset, record.scene, name, plain(value, _DECIMALS))
-                for name, value in values.items()
-            ]
-    return Listing(SCENE_FIELDS, tuple(found))
+    found = [
+        (each.identifier, record.dataset, record.scene, name, value)
+        for record in records
+        for each in record.scored
+        for name, value in scene_numbers(record, each).items()
+    ]
+    told = tuple((*place, plain(value, _DECIMALS)) for *place, value in found)
+    return Listing(SCENE_FIELDS, told, tuple(value for *_, value in found))

@@ -167,20 +167,15 @@ def _caption(episodes: Episodes, numbers: Numbers, left_out: int) -> list[str]:
 
 def _scenes(episodes: Episodes, methods: Sequence[str]) -> Listing:
     """Return one record for each method, metric, scene and seed: the mean over the test images at the end."""
-    records = [
-        (
-            method,
-            metric.identifier,
-            scene,
-            seed,
-            len(episode.curve[-1].images),
-            plain(scene_value(episodes, method, scene, seed, metric.identifier), metric.decimals + EXTRA_DECIMALS),
-        )
-        for method in methods
-        for metric in COLUMNS
-        for (scene, seed), episode in episodes.cells.get(method, {}).items()
-    ]
-    return Listing(SCENE_FIELDS, tuple(records))
+    records, exact = [], []
+    for method in methods:
+        for metric in COLUMNS:
+            for (scene, seed), episode in episodes.cells.get(method, {}).items():
+                value = scene_value(episodes, method, scene, seed, metric.identifier)
+                place = (method, metric.identifier, scene, seed, len(episode.curve[-1].images))
+                records.append((*place, plain(value, metric.decimals + EXTRA_DECIMALS)))
+                exact.append(value)
+    return Listing(SCENE_FIELDS, tuple(records), tuple(exact))
 
 
 def _lpips_note(episodes: Episodes) -> list[str]:

@@ -48,7 +48,7 @@
     const singles = avs.singles(told);
     const byEpisode = singles.length && told.columns.some((column) => singles.some((each) => each.metric === column.metric.identifier));
     const scenes = byEpisode ? [...new Set(singles.map((each) => each.scene))] : [];
-    const seeds = byEpisode ? [...new Set(singles.map((each) => String(each.seed)))] : [];
+    const seeds = byEpisode ? [...new Set(singles.filter((each) => each.seed !== undefined).map((each) => String(each.seed)))] : [];
     const groups = told.groups.map((group) => group.name).filter(Boolean);
     const all = (options, words) => [["", words], ...options.map((option) => [option, option])];
     const input = avs.h("input", { type: "search", value: state.method || "", placeholder: "name, name", oninput: () => redraw({ method: input.value }) });

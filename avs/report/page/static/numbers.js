@@ -3,13 +3,27 @@
 
 (() => {
   avs.DASH = "–";
+  const MOST_DECIMALS = 100; // that toFixed gives; enough to tell a value that lies halfway
+
+  // The digits that Python prints: what lies halfway goes to the even one, where toFixed takes the larger; no sign of zero.
+  avs.printed = (value, decimals) => {
+    const size = Math.abs(value);
+    const all = size.toFixed(MOST_DECIMALS);
+    const cut = all.length - MOST_DECIMALS + decimals;
+    const tie = /^50*$/.test(all.slice(cut));
+    const below = all.slice(0, decimals ? cut : cut - 1);
+    const text = tie && "02468".includes(below.at(-1)) ? below : size.toFixed(decimals);
+    return value < 0 && Number(text) ? `-${text}` : text;
+  };
 
   avs.fixed = (value, decimals) =>
-    value === null || value === undefined ? avs.DASH : value.toFixed(decimals).replace("-", "−");
+    value === null || value === undefined ? avs.DASH : avs.printed(value, decimals).replace("-", "−");
 
-  avs.signed = (value, decimals) => (value === null || value === undefined
-    ? avs.DASH
-    : `${value < 0 ? "−" : "+"}${Math.abs(value).toFixed(decimals)}`);
+  avs.signed = (value, decimals) => {
+    if (value === null || value === undefined) return avs.DASH;
+    const text = avs.printed(value, decimals);
+    return Number(text) > 0 ? `+${text}` : text.replace("-", "−");
+  };
 
   // About four digits of a number of any size.
   avs.short = (value) => {

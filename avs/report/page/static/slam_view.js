@@ -52,14 +52,14 @@
   }
 
   function facts(told) {
-    const percent = (value) => (value === null ? avs.DASH : `${avs.fixed(value * 100, 1)} %`);
+    const percent = (value) => (value === null ? avs.DASH : `${avs.fixed(value * 100, 2)} %`);
     const rows = [["SCR", percent(told.final.scr_means)], ["SCR (depth)", percent(told.final.scr_fused)], ["seen", percent(told.final.seen)], ["PSNR", told.final.psnr === null ? avs.DASH : `${avs.fixed(told.final.psnr, 2)} dB`], ["way", `${avs.fixed(told.final.path_length, 1)} m`], ["collisions", String(told.final.collisions)]];
     return avs.h("dl.facts", {}, rows.map(([name, value]) => avs.h("div", {}, avs.h("dt", {}, name), avs.h("dd", {}, value))));
   }
 
   function decision(told, moment) {
     const found = told.decisions[moment];
-    if (!found) return avs.h("p", {}, `${told.surface_points.toLocaleString("en")} points of the surface can be seen from the floor; ${told.floor_area.toFixed(1)} m² of it.`);
+    if (!found) return avs.h("p", {}, `${told.surface_points.toLocaleString("en")} points of the surface can be seen from the floor; ${avs.fixed(told.floor_area, 1)} m² of it.`);
     const chosen = found.paths[found.chosen];
     const bars = { candidates: found.paths.map((_, place) => place), scores: found.paths.map((path) => path.score), chosen: [found.chosen] };
     const names = found.paths.map((path, place) => `path ${place + 1} to candidate ${path.candidate + 1}, ${avs.short(path.length)} m`);

@@ -9,7 +9,7 @@
     if (!told.per_scene) return [];
     const { fields, records } = told.per_scene;
     return records.map((record) => Object.fromEntries(fields.map((field, place) => [field, record[place]])))
-      .map((each) => ({ ...each, value: each.value === "" ? null : Number(each.value) }));
+      .map((each) => ({ ...each, method: each.method ?? each.predictor }));
   };
 
   // Returns the document with the rows and means that are asked for.
@@ -30,18 +30,23 @@
   function recomputed(told, scene, seed) {
     const singles = avs.singles(told).filter((each) => (!scene || each.scene === scene) && (!seed || String(each.seed) === seed));
     const scenes = [...new Set(singles.map((each) => each.scene))];
+    const single = new Set(singles.map((each) => each.metric));
+    const known = told.columns.filter((column) => single.has(column.metric.identifier));
+    const columns = known.map((column) => ({ ...column, published: null, difference: false }));
     const groups = told.groups.map((group) => ({
       ...group,
-      rows: group.rows.map((row) => ({ ...row, cells: told.columns.map((column) => meanCell(singles, row, column.metric, scenes)) })),
+      rows: group.rows.map((row) => ({ ...row, cells: columns.map((column) => meanCell(singles, row, column.metric, scenes)) })),
     }));
-    const what = [scene ? `scene ${scene}` : `${scenes.length} scenes`, seed ? `seed ${seed}` : "all seeds"].join(", ");
-    const columns = told.columns.map((column) => ({ ...column, published: null, difference: false }));
+    const hasSeeds = told.per_scene.fields.includes("seed");
+    const counted = scenes.length === 1 ? "1 scene" : `${scenes.length} scenes`;
+    const what = [scene ? `scene ${scene}` : counted, seed ? `seed ${seed}` : hasSeeds ? "all seeds" : null].filter(Boolean).join(", ");
+    const paper = told.columns.some((column) => column.published) ? ["The paper's means are over other scenes and are left out."] : [];
     return {
       ...told,
       columns,
       groups: ranked(told, columns, groups),
       comparison: null,
-      caption: [`${what}: means of the single values of this table, computed by the page.`, "The paper's means are over other scenes and are left out."],
+      caption: [`${what}: means of the single values of this table, computed by the page.`, ...paper],
     };
   }
 
@@ -64,25 +69,27 @@
     return Math.sqrt(means.reduce((sum, value) => sum + (value - middle) ** 2, 0) / (means.length - 1));
   }
 
+  // Ranks among the rows that compete in the table itself; a table without ranks stays without.
   function ranked(told, columns, groups) {
-    const competing = new Set(told.groups.filter((group) => group.rows.some((row) => row.cells.some((cell) => cell.rank))).map((group) => group.name));
-    const unranked = (name) => avs.index.methods.some((each) => each.group === name && !each.ranked);
+    if (!told.groups.some((group) => group.rows.some((row) => row.cells.some((cell) => cell.rank)))) return groups;
     const places = columns.map(({ metric }, place) => {
       if (metric.higher_is_better === null) return [];
-      const values = groups.filter((group) => competing.has(group.name) || !unranked(group.name))
-        .flatMap((group) => group.rows.map((row) => row.cells[place].value)).filter((value) => value !== null)
-        .map((value) => Number(value.toFixed(metric.decimals)));
+      const values = groups.flatMap((group) => group.rows).filter((row) => row.ranked)
+        .map((row) => row.cells[place].value).filter((value) => value !== null)
+        .map((value) => Number(avs.printed(value, metric.decimals)));
       const best = [...new Set(values)].sort((one, other) => (metric.higher_is_better ? other - one : one - other));
       return best.slice(0, 3);
     });
-    return groups.map((group) => (unranked(group.name) ? group : {
+    return groups.map((group) => ({
       ...group,
-      rows: group.rows.map((row) => ({ ...row, cells: row.cells.map((cell, place) => ({ ...cell, rank: rankOf(cell, columns[place].metric, places[place]) })) })),
+      rows: group.rows.map((row) => (row.ranked
+        ? { ...row, cells: row.cells.map((cell, place) => ({ ...cell, rank: rankOf(cell, columns[place].metric, places[place]) })) }
+        : row)),
     }));
   }
 
   function rankOf(cell, metric, best) {
-    const place = cell.value === null ? -1 : best.indexOf(Number(cell.value.toFixed(metric.decimals)));
+    const place = cell.value === null ? -1 : best.indexOf(Number(avs.printed(cell.value, metric.decimals)));
     return place < 0 ? null : place + 1;
   }
 })();
