@@ -135,6 +135,21 @@ def test_a_table_of_no_target_is_set_aside(copied):
     assert (copied / RESULTS / "tables/nvs_orbit.csv").is_file()
 
 
+def test_an_outdated_page_that_is_not_asked_for_is_set_aside(copied):
+    result = run(copied, "-j2", "report")
+    assert result.returncode == 0, result.stderr
+    page, aside = copied / RESULTS / "report", copied / RESULTS / "set_aside"
+    assert planned(copied)[0] == set()
+    (copied / "tiny.yaml").write_text(yaml.safe_dump(tiny() | {"selectors": {"random": {"reshuffle": True}}}))
+    result = run(copied, "-j2", "tables")
+    assert result.returncode == 0, result.stderr
+    assert f"{RESULTS}/report/index.html: is of an earlier run; set aside" in result.stderr
+    assert {path.name for path in page.iterdir()} == {"scenes"}
+    assert {"index.html", "index.js", "tables", "static"} <= {path.name for path in (aside / "report").iterdir()}
+    assert not list((copied / RESULTS / "figures").glob("overview*"))
+    assert planned(copied)[0] == set()
+
+
 def run_killed(folder):
     """Run the workflow so that each job dies as it starts, as the out-of-memory killer ends one."""
     killer = folder / "killer"

@@ -107,6 +107,19 @@ def test_tables_makes_it_too_unless_told_otherwise_and_keeps_no_old_one(explored
     assert not (folder / TABLE).exists()
 
 
+def test_an_outdated_table_that_is_not_asked_for_is_set_aside(explored, tmp_path):
+    folder = copied(explored, tmp_path)
+    with open(folder / "results/published/slam_gibson.csv", "a") as stream:
+        stream.write("\n")
+    figure = "results/tiny/figures/slam_over_steps.pdf"
+    result = run(folder, "-j1", figure)
+    assert result.returncode == 0, result.stderr
+    assert f"{TABLE}: is of an earlier run; set aside" in result.stderr
+    assert not list((folder / TABLE).parent.glob("active_slam*"))
+    assert (folder / "results/tiny/figures/slam_maps_flat.png").is_file()  # nothing of it has changed
+    assert "Nothing to be done" in run(folder, "-j1", figure).stderr
+
+
 def test_without_buildings_the_target_says_what_to_do(tmp_path):
     folder = checkout(tmp_path / "project")
     result = run(folder, "-j1", "explore")

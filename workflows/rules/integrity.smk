@@ -4,6 +4,7 @@
 from snakemake.dag import DAG
 from snakemake.exceptions import WorkflowError
 from snakemake.io import is_flagged
+from snakemake.jobs import Job
 from snakemake.persistence import PersistenceBase
 
 from avs.system.ledger import find_damage, origin_of
@@ -13,6 +14,11 @@ from avs.system.records import CHANGED
 SET_ASIDE = f"{RESULTS}/set_aside"
 UNLISTED = []  # logs of jobs of which nothing is known
 SHOWN = [Path(f"{RESULTS}/tables"), Path(f"{RESULTS}/figures")]
+INDEX = Path(PAGE, "index.html")
+UNASKED = (
+    {}
+)  # what readers see and this run does not make, with all files that it is made from
+OLD = set()  # those of them that would be made again if they were asked for
 
 
 def set_aside(path, fault):
@@ -58,6 +64,50 @@ def shown_by(target):
     }
 
 
+def is_shown(path):
+    """Return whether readers look at a file: a table, a figure, or the page."""
+    return path.parent in SHOWN or path == INDEX
+
+
+def jobs_behind(path, dag, makers):
+    """Return the jobs that make a file, itself and those behind it, each once; a file that no job makes has none.
+
+    Args:
+        path: of the file.
+        dag: the jobs of this run.
+        makers: the job that makes a file, by its path; those that are met are added, and None for files without.
+    """
+    waiting, behind = [path], {}
+    while waiting:
+        path = waiting.pop()
+        if path not in makers:
+            found = [each for each in workflow.rules if each.is_producer(path)]
+            made_by = [
+                Job(each, dag, each.get_wildcards(path), None, path)
+                for each in found[:1]
+            ]
+            makers |= {str(each): job for job in made_by for each in job.output} or {
+                path: None
+            }
+        job = makers[path]
+        if job is not None and id(job) not in behind:
+            behind[id(job)] = job
+            waiting += map(str, job.input)
+    return list(behind.values())
+
+
+def find_unasked(dag):
+    """Return the jobs behind each file that readers see and this run does not make, its own first.
+
+    Args:
+        dag: the jobs of this run.
+    """
+    makers = {str(path): job for job in dag.jobs for path in job.output}
+    there = {path for folder in (*SHOWN, INDEX.parent) for path in folder.glob("*")}
+    unasked = sorted(filter(is_shown, there - OUTSIDE - set(map(Path, makers))))
+    return {path: jobs_behind(str(path), dag, makers) for path in unasked}
+
+
 def told_of(job):
     """Return what a job is told of its sources: the stamp, a program's command behind it, and the files of other jobs."""
     stamp, *options = job.params.made_of
@@ -86,10 +136,11 @@ def has_other_sources(job):
     return told is None or told.differs(*told_of(job))
 
 
-def refusing(check):
-    """Return ``DAG.check_incomplete`` which refuses to run without looking: old results would pass for current ones."""
+def refusing(check, look):
+    """Return ``DAG.check_incomplete`` which looks first, and refuses to run without: old results would pass for current ones."""
 
     async def check_incomplete(self):
+        await look(self)
         runs = self.workflow.execution_settings is not None
         given = {
             "--ignore-incomplete": self.ignore_incomplete,
@@ -115,15 +166,10 @@ def check_results():
     again = {
         path for each in damage for path in (*each.changed, *each.lacking, *each.left)
     }
-    expected = shown_outputs()
     outside = {path for folder in SHOWN for path in folder.glob("*")}.difference(
-        *expected
+        *shown_outputs()
     )
-    # A job must run for what is set aside, and for the plan to be written, before the first: one of the target's own.
-    if outside or not Path(PLAN).exists():
-        again.update(map(min, expected))
-    outdated = outdated_settings()
-    told = {str(path) for path in [*again, *outdated]}
+    told = {str(path) for path in [*again, *outdated_settings()]}
     incomplete = PersistenceBase.incomplete
 
     async def incomplete_too(self, job):
@@ -138,9 +184,26 @@ def check_results():
         ]
         return [*await incomplete(self, job), *files]
 
+    async def look(dag):
+        """Find what is outdated and not asked for; a job must run for what is set aside, and for the plan to be written."""
+        found = find_unasked(dag)
+        jobs = {id(job): job for behind in found.values() for job in behind}
+        again = {
+            key
+            for key, job in jobs.items()
+            if await incomplete_too(workflow.persistence, job)
+        }
+        for path, behind in found.items():
+            UNASKED[path] = {str(each) for job in behind for each in job.output}
+            if not again.isdisjoint(map(id, behind)):
+                OLD.add(path)
+        own = [path for job in dag.jobs for path in job.output if is_shown(Path(path))]
+        if own and (OLD or outside or not Path(PLAN).exists()):
+            told.add(min(own))
+
     PersistenceBase.incomplete = incomplete_too
-    DAG.check_incomplete = refusing(DAG.check_incomplete)
-    return damage, outside, outdated
+    DAG.check_incomplete = refusing(DAG.check_incomplete, look)
+    return damage, outside
 
 
 def set_outdated_aside():
@@ -151,17 +214,22 @@ def set_outdated_aside():
             set_aside(path, CHANGED)
     for path in sorted(path for path in OUTSIDE if path.is_file()):
         set_aside(path, "is of no table of this configuration")
-    outputs = {Path(path) for job in workflow.dag.needrun_jobs() for path in job.output}
-    made = set(map(str, outputs))
-    outdated = outdated_sensitivity(made, OUTDATED) | outdated_explorations(
-        made, OUTDATED
-    )
-    for path in sorted(
-        path for path in outputs | outdated if path.parent in SHOWN and path.is_file()
-    ):
-        set_aside(path, "is of an earlier run")
+    made = {str(path) for job in workflow.dag.needrun_jobs() for path in job.output}
+    old = OLD | {path for path, before in UNASKED.items() if before & made}
+    for path in sorted(old.union(filter(is_shown, map(Path, made)))):
+        if path.is_file():
+            set_aside(path, "is of an earlier run")
+            if path == INDEX:
+                set_page_aside()
 
 
-DAMAGE, OUTSIDE, OUTDATED = (
-    check_results() if workflow.is_main_process else ([], set(), [])
-)
+def set_page_aside():
+    """Move what the frame of the page shows out of the way, too; scripts of scenes, which are large, stay."""
+    for name in ("index.js", "tables", "figures", "static"):
+        path, target = Path(PAGE, name), Path(SET_ASIDE, "report", name)
+        if path.exists():
+            shutil.rmtree(target, ignore_errors=True)
+            path.replace(target)
+
+
+DAMAGE, OUTSIDE = check_results() if workflow.is_main_process else ([], set())

@@ -54,20 +54,6 @@ def tables_of_sensitivity(wildcards):
     return sensitivity_tables(wildcards) if told and told.with_tables else []
 
 
-def outdated_sensitivity(made, changed_settings):
-    """Return the files of sensitivity tables that are not to be made now, though what they are made of changes.
-
-    Args:
-        made: paths of what is made now.
-        changed_settings: files of settings that are not what the configuration says.
-    """
-    base = {path for name in STUDIED for path in studied_episodes(EPISODE, name)}
-    told = any("/settings/sensitivity_" in str(path) for path in changed_settings)
-    if not told and base.isdisjoint(made):
-        return set()
-    return set(Path(f"{RESULTS}/tables").glob("sensitivity_*"))
-
-
 localrules:
     sensitivity,
 

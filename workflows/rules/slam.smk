@@ -115,29 +115,6 @@ def exploration_tables(wildcards):
     ]
 
 
-def outdated_explorations(made, changed_settings):
-    """Return the files of tables and figures of explorations that are not to be made now, though their sources change.
-
-    Args:
-        made: paths of what is made now.
-        changed_settings: files of settings that are not what the configuration says.
-    """
-    if not BUILDINGS:
-        return set()
-    kinds = ("building", "exploration", "slam_figure")
-    told = any(
-        Path(path).relative_to(f"{RESULTS}/settings").parts[0].removesuffix(".json")
-        in kinds
-        for path in changed_settings
-    )
-    explorers_here = [explorer(method) for method in EXPLORING if explorer(method)]
-    weights = {str(weights_of_method(method) or "") for method in explorers_here}
-    if not told and weights.isdisjoint(made):
-        return set()
-    found = [("tables", "active_slam*"), ("figures", "slam_*")]
-    return {path for folder, name in found for path in Path(RESULTS, folder).glob(name)}
-
-
 def maps_options(wildcards, input):
     return repeated("--maps", input.maps)
 
