@@ -81,3 +81,17 @@ def test_a_change_of_one_representation_runs_its_episodes_and_no_other(finished,
 
 def table(folder):
     return folder / "results/tiny/tables/agnostic_orbit.csv"
+
+
+def test_a_table_that_is_not_made_again_is_set_aside_when_its_settings_change(finished, tmp_path):
+    folder = tmp_path / "aside"
+    shutil.copytree(finished, folder, symlinks=True)
+    values = yaml.safe_load((folder / "tiny.yaml").read_text())
+    values["agnostic"] |= {"with_tables": False}
+    values["agnostic"]["representations"]["field"]["rays"] = 16
+    (folder / "tiny.yaml").write_text(yaml.safe_dump(values))
+    target = "results/tiny/tables/scenes_orbit.csv"
+    result = run(folder, "-j2", target)
+    assert result.returncode == 0, result.stdout + result.stderr
+    assert not table(folder).exists()
+    assert (folder / "results/tiny/set_aside/tables/agnostic_orbit.csv").exists()
