@@ -28,7 +28,7 @@ def agnostic_table(
         from avs.report.tables.representation_agreement import write_agnostic_table
 
         told = read_settings(settings, AgnosticJob)
-        files: dict[str, list[Path]] = {name: [] for name in told.absent}
+        files: dict[str, list[Path]] = {name: [] for name in told.representations}
         for name, _, path in (each.partition("=") for each in episode or []):
             files.setdefault(name, []).append(Path(path))
         write_agnostic_table(files, told.methods, dataset, out, told.absent)

@@ -24,5 +24,6 @@ def agnostic_table(config: Config, dataset: str) -> AgnosticJob:
         methods=agnostic_methods(config),
         scenes={dataset: tuple(scenes_in(config.datasets[dataset]))},
         seeds=agnostic_seeds(config),
+        representations=() if config.agnostic is None else tuple(config.agnostic.representations),
         absent=agnostic_absent(config),
     )

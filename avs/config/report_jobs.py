@@ -44,8 +44,9 @@ class SensitivityJob(RowsJob):
 class AgnosticJob(FigureJob):
     """What the table of several representations reads."""
 
+    representations: tuple[str, ...] = Field(description="names of the representations, in the order of columns")
     absent: dict[str, dict[str, Reason]] = Field(
-        description="why a method has no number on a representation, by representation, in the order of columns"
+        description="why a method has no number on a representation, by representation"
     )
 
 

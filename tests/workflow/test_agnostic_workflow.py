@@ -43,6 +43,7 @@ def rows(path):
 
 def test_each_method_has_its_numbers_or_the_reason(finished):
     found = {(row["representation"], row["method"]): row for row in rows(table(finished))}
+    assert list(dict.fromkeys(name for name, _ in found)) == ["gaussians", "field"]  # as the configuration has them
     assert {row["kind"] for row in found.values()} == {"gaussians", "tensorf"}
     assert all(float(row["psnr"]) > 0 for key, row in found.items() if key != ("field", "fisherrf"))
     assert "representation tensorf lacks fisher_diagonal" in found["field", "fisherrf"]["note"]
