@@ -30,7 +30,7 @@ AGNOSTIC = {"representations": {"gaussians": {}, "field": FIELD}, "methods": ["r
 def finished(tmp_path_factory):
     folder = checkout(tmp_path_factory.mktemp("agnostic"))
     values = tiny() | {"methods": ["random", "fisherrf"], "common_states": None, "agnostic": AGNOSTIC}
-    (folder / "tiny.yaml").write_text(yaml.safe_dump(values))
+    (folder / "tiny.yaml").write_text(yaml.safe_dump(values, sort_keys=False))
     result = run(folder, "-j2", "agnostic")
     assert result.returncode == 0, result.stdout + result.stderr
     return folder
