@@ -34,6 +34,9 @@ class RunPlan(StrictModel):
         default_factory=dict,
         description="what each job is told of the files that it reads and no job makes, by its log",
     )
+    waits_for: dict[str, tuple[str, ...]] = Field(
+        default_factory=dict, description="logs of the jobs that make what a job reads, by its log"
+    )
 
 
 def read_plan(results: Path) -> RunPlan:

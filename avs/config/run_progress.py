@@ -10,7 +10,7 @@ import json
 import time
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -38,12 +38,14 @@ class JobStatus:
         log: its log.
         state: what it is.
         fault: the line with which its log ends, of one that failed.
+        is_held: whether it waits for one that failed, so that it does not run.
     """
 
     kind: str
     log: Path
     state: State
     fault: str | None = None
+    is_held: bool = False
 
 
 def job_statuses(plan: RunPlan, begun: float, is_alive: bool) -> list[JobStatus]:
@@ -54,14 +56,30 @@ def job_statuses(plan: RunPlan, begun: float, is_alive: bool) -> list[JobStatus]
         begun: when the run began, in seconds of the system's clock; logs that are older are those of another run.
         is_alive: whether a run is at work; without one, a job that has begun and not ended was stopped.
     """
-    return [_status(Path(log), plan, begun, is_alive) for log in sorted(plan.stamps)]
+    found = [_status(Path(log), plan, begun, is_alive) for log in sorted(plan.stamps)]
+    held = _behind([str(each.log) for each in found if each.state == "failed"], plan.waits_for)
+    return [replace(each, is_held=each.state == "to come" and str(each.log) in held) for each in found]
+
+
+def _behind(logs: Iterable[str], waits_for: Mapping[str, Sequence[str]]) -> set[str]:
+    """Return the logs of the jobs that wait for some, directly or not."""
+    followers: dict[str, list[str]] = {}
+    for log, before in waits_for.items():
+        for each in before:
+            followers.setdefault(each, []).append(log)
+    waiting, found = list(logs), set[str]()
+    while waiting:
+        new = set(followers.get(waiting.pop(), ())) - found
+        found |= new
+        waiting += new
+    return found
 
 
 def _status(log: Path, plan: RunPlan, begun: float, is_alive: bool) -> JobStatus:
     kind = _kind(log)
     if has_ended(log):
         return JobStatus(kind, log, "to come" if why_stale([log], plan.stamps) else "done")
-    if not log.exists() or (is_alive and log.stat().st_mtime < begun):
+    if not log.exists() or log.stat().st_mtime < begun:  # of an earlier run, such as of a table that was set aside
         return JobStatus(kind, log, "to come")
     fault = fault_of(log)
     if fault is not None:
@@ -90,9 +108,10 @@ def mean_seconds(metadata: Path = METADATA) -> dict[str, float]:
 def time_left(statuses: Iterable[JobStatus], seconds: Mapping[str, float]) -> tuple[float, int]:
     """Return the seconds that the jobs to come and half of those running take, and of how many that is not known.
 
+    Jobs that wait for one that failed do not count.
     As many run at a time as do now, one at least.
     """
-    waiting = [each for each in statuses if each.state in ("to come", "running", "stopped")]
+    waiting = [each for each in statuses if each.state in ("to come", "running", "stopped") and not each.is_held]
     known = [each for each in waiting if each.kind in seconds]
     work = sum(seconds[each.kind] * (0.5 if each.state == "running" else 1.0) for each in known)
     return work / max(1, sum(each.state == "running" for each in waiting)), len(waiting) - len(known)
@@ -111,6 +130,8 @@ def status_lines(statuses: Sequence[JobStatus], seconds: Mapping[str, float], is
         lines.append(" ".join([f"{kind:<{width}}", *(f"{found[state] or '':>8}" for state in shown), took]).rstrip())
     lines += [f"running: {each.log}" for each in statuses if each.state == "running"]
     lines += [f"failed: {each.log}: {each.fault}"[:_LONGEST] for each in statuses if each.state == "failed"]
+    held = sum(each.is_held for each in statuses)
+    lines += [f"{held} of those to come wait for a job that failed, and are not counted below"] if held else []
     return [*lines, _summary(statuses, seconds, is_alive)]
 
 

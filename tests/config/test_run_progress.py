@@ -44,7 +44,17 @@ def test_states_follow_from_logs_and_lists(plan):
     expected = {"done": "done", "runs": "running", "failed": "failed", "earlier": "to come", "kernels": "to come"}
     assert states(found) == expected
     assert {each.kind for each in found} == {"episodes", "kernels"}
-    assert states(job_statuses(plan, BEGUN, is_alive=False)) == expected | {"runs": "stopped", "earlier": "stopped"}
+    assert states(job_statuses(plan, BEGUN, is_alive=False)) == expected | {"runs": "stopped"}
+
+
+def test_jobs_that_wait_for_one_that_failed_are_not_in_the_time_left(plan):
+    failed, earlier = (f"results/ci/logs/episodes/orbit/{name}.log" for name in ("failed", "earlier"))
+    held = plan.model_copy(update={"waits_for": {earlier: (failed,), "results/ci/logs/kernels.log": (earlier,)}})
+    found = job_statuses(held, BEGUN, is_alive=True)
+    assert {each.log.stem for each in found if each.is_held} == {"earlier", "kernels"}
+    assert time_left(found, {"episodes": 60.0}) == (30.0, 0)  # half of the one that runs
+    lines = status_lines(found, {"episodes": 60.0}, is_alive=True)
+    assert "2 of those to come wait for a job that failed, and are not counted below" in lines
 
 
 def test_what_was_made_of_other_files_is_to_come(plan):

@@ -59,6 +59,13 @@ def write_plan():
             for job in workflow.dag.jobs
             if job.log and hasattr(job.params, "made_of")
         },
+        waits_for={
+            str(job.log[0]): tuple(
+                sorted(str(each.log[0]) for each in before if each.log)
+            )
+            for job, before in workflow.dag.dependencies.items()
+            if job.log
+        },
     )
     write_record(Path(PLAN), plan)
 
