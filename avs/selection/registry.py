@@ -120,7 +120,9 @@ def find(identifier: str) -> Registered:
     """
     known = methods()
     if identifier not in known:
-        near = difflib.get_close_matches(identifier, known, n=3) or sorted(known)
+        near = difflib.get_close_matches(identifier, known, n=3) or difflib.get_close_matches(
+            identifier, known, n=1, cutoff=0
+        )
         faults = "".join(f", or mend {module}, which is left out ({fault})" for module, fault in broken().items())
         raise UserError(f"method {identifier!r}", "unknown", f"did you mean {', '.join(near)}?{faults}")
     return known[identifier]
