@@ -128,21 +128,25 @@ def test_the_papers_values_are_beside_what_chooses_the_paths_and_not_beside_a_na
 
 
 def test_seeds_have_a_mean_and_a_spread_and_the_oracle_no_rank(tmp_path):
-    paths = [write(tmp_path, seed=seed, scr=scr) for seed, scr in ((0, 0.4), (1, 0.6))]
-    paths += [write(tmp_path, method="oracle", seed=seed, scr=0.9) for seed in (0, 1)]
+    paths = [write(tmp_path, seed=seed, scr=scr) for seed, scr in ((0, 0.4), (1, 0.6), (2, 0.5))]
+    two, _ = rows_of(paths[:2], ["nearest"])
+    assert two["flat", "Nearest frontier"].cells[0].spread is None
+    paths += [write(tmp_path, method="oracle", seed=seed, scr=0.9) for seed in (0, 1, 2)]
     rows, _ = rows_of(paths, ["nearest", "oracle"])
     cell = rows["flat", "Nearest frontier"].cells[0]
     assert (cell.value, cell.rank) == (pytest.approx(50.0), 1)
-    assert cell.spread == pytest.approx(np.std([40, 60], ddof=1))
+    assert cell.spread == pytest.approx(np.std([40, 60, 50], ddof=1))
     assert rows["flat", "Greedy oracle"].cells[0].rank is None
 
 
 def test_means_over_different_storeys_are_told_of(tmp_path):
-    paths = [write(tmp_path, seed=seed, start=(1, seed, 0, 0), area=area) for seed, area in ((0, 10.0), (1, 20.0))]
+    paths = [
+        write(tmp_path, seed=seed, start=(1, seed, 0, 0), area=area) for seed, area in ((0, 10.0), (1, 20.0), (2, 10.0))
+    ]
     _, document = rows_of(paths, ["nearest"])
     assert any("flat: seeds start on different storeys (10.0, 20.0 square metres)" in note for note in document.notes)
     assert "each with a start of its own" in document.caption[-1]
-    _, document = rows_of([write(tmp_path, seed=seed) for seed in (0, 1)], ["nearest"])
+    _, document = rows_of([write(tmp_path, seed=seed) for seed in (0, 1, 2)], ["nearest"])
     assert not any("storeys" in note for note in document.notes)
     assert "not all with a start of their own" in document.caption[-1]
 

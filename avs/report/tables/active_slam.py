@@ -15,20 +15,19 @@ from avs.report.document import Cell, Column, Document, Group, Listing, Row
 from avs.report.formats.numbers import EXTRA_DECIMALS, plain
 from avs.report.formats.writing import write_document
 from avs.report.published import read_published
+from avs.report.tables.active_slam_curves import curves
 from avs.report.tables.arrangement import ranks
 from avs.slam.loop.exploration_record import ExplorationMeta, ExplorationRecord
 from avs.slam.scoring.path_settings import PathScorerSettings
 from avs.system.reasons import Reason
 from metrics.definitions import Metric
+from metrics.statistics import ENOUGH_FOR_SPREAD
 
 FIELDS = ("building", "method", "metric", "value", "spread", "seeds", "published")
 """Columns of the csv file."""
 
 RUN_FIELDS = ("building", "method", "seed", "metric", "value")
 """Columns of the csv file of explorations."""
-
-CURVE_FIELDS = ("building", "method", "seed", "step", "scr_means", "seen", "gaussians", "path_length")
-"""Columns of the csv file of curves."""
 
 Value = Callable[[ExplorationRecord, ExplorationMeta], float | None]
 
@@ -129,7 +128,7 @@ def active_slam(
         groups=tuple(groups),
         notes=tuple(dict.fromkeys([*_gaps(explorations), *_notes(explorations, methods), *_absent(absent)])),
         listing=Listing(FIELDS, tuple(listed)),
-        appendices={"_per_run": _per_run(explorations), "_curves": _curves(explorations)},
+        appendices={"_per_run": _per_run(explorations), "_curves": curves(explorations)},
     )
 
 
@@ -157,7 +156,7 @@ def _cells(
     paper: Mapping[str, str],
     reason: Reason | None,
 ) -> list[Cell]:
-    """Return the mean over seeds, and their standard deviation where there are several, of each column."""
+    """Return the mean over seeds, and their standard deviation where there are enough, of each column."""
     places = [place for place in sorted(explorations.cells) if place[:2] == (building, method)]
     cause = "no exploration" if reason is None else reason.cause
     cells: list[Cell] = []
@@ -168,7 +167,8 @@ def _cells(
         if not numbers:
             cells.append(Cell(published=beside, cause=cause if not places and not cells else None))
             continue
-        spread = float(np.std(numbers, ddof=1)) if len(numbers) > 1 and metric.higher_is_better is not None else None
+        enough = len(numbers) >= ENOUGH_FOR_SPREAD
+        spread = float(np.std(numbers, ddof=1)) if enough and metric.higher_is_better is not None else None
         cells.append(Cell(float(np.mean(numbers)), spread, published=beside))
     return cells
 
@@ -218,7 +218,7 @@ def _caption(explorations: Explorations) -> tuple[str, ...]:
         f"Depth MAE, PSNR and SSIM: at {record.final.poses} poses by chance all over the floor, what was not mapped "
         "included.",
     ]
-    if len(seeds) > 1:
+    if len(seeds) >= ENOUGH_FOR_SPREAD:
         starts = {(place[0], record.start) for place, record in explorations.cells.items()}
         own = len(starts) == len({place[::2] for place in explorations.cells})
         told = "each with a start of its own" if own else "not all with a start of their own"
@@ -293,12 +293,3 @@ def _per_run(explorations: Explorations) -> Listing:
         for module, seconds in explorations.metas[place].seconds.items():
             rows.append((*place, f"{module}_seconds", plain(seconds, 2)))
     return Listing(RUN_FIELDS, tuple(rows))
-
-
-def _curves(explorations: Explorations) -> Listing:
-    rows: list[tuple[str | int, ...]] = []
-    for place, record in sorted(explorations.cells.items()):
-        for point in record.curve:
-            shares = plain(point.scr_means, 6), plain(point.seen, 6)
-            rows.append((*place, point.step, *shares, point.gaussians, plain(point.path_length, 3)))
-    return Listing(CURVE_FIELDS, tuple(rows))
