@@ -64,6 +64,7 @@ def prepare_environment() -> None:
     Raises:
         UserError: as of ``avs.system.numerics.asked``.
     """
+    numerics.set_variables()
     for name, value in variables().items():
         os.environ.setdefault(name, value)
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 import functools
 import os
 import platform
+import sys
 from pathlib import Path
 from typing import Literal, get_args
 
@@ -41,6 +42,9 @@ _PORTABLE = {
     "OPENCV_IPP": "avx2",
 }
 
+_READERS = {"cv2", "numba", "numpy", "torch"}
+_in_vain: list[bool] = []
+
 # OpenCV prints a line where there is nothing to disable.
 _WITH_AVX512 = {"OPENCV_CPU_DISABLE": "AVX512-SKX"}
 
@@ -65,10 +69,23 @@ def variables() -> dict[str, str]:
     return _PORTABLE | (_WITH_AVX512 if "avx512f" in _flags() else {})
 
 
+def set_variables() -> None:
+    """Set the variables that are not set, which is in vain for libraries that have been imported before.
+
+    Raises:
+        UserError: as of ``asked``.
+    """
+    lacking = variables().keys() - os.environ.keys()
+    if lacking and sys.modules.keys() & _READERS:
+        _in_vain.append(True)
+    os.environ.update({name: variables()[name] for name in lacking})
+
+
 def in_force() -> Numerics:
-    """Return the numerics of this process: portable only if nobody has set one of the variables otherwise."""
+    """Return the numerics of this process: portable only if every variable was set in time, and as it should be."""
     wanted = variables()
-    return "portable" if wanted and all(os.environ.get(name) == wanted[name] for name in wanted) else "native"
+    holds = wanted and not _in_vain and all(os.environ.get(name) == wanted[name] for name in wanted)
+    return "portable" if holds else "native"
 
 
 def processor_suffices() -> bool:

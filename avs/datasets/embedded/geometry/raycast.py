@@ -43,16 +43,41 @@ class Caster:
         self._corners = vertices, triangles
 
     def nearest(self, origins: Array, directions: Array) -> Hits:
-        """Return where rays from ``origins`` along ``directions`` ``[n, 3]`` first meet the mesh."""
-        distance, triangle, weights = [], [], []
-        for batch in _batches(origins, directions):
-            answer = self._scene.cast_rays(self._core.Tensor(batch), nthreads=1)
-            distance.append(answer["t_hit"].numpy())
-            index = answer["primitive_ids"].numpy()
-            triangle.append(np.where(index == NOTHING, np.int64(-1), index.astype(np.int64)))
-            second = answer["primitive_uvs"].numpy()
-            weights.append(np.concatenate([1 - second.sum(axis=1, keepdims=True), second], axis=1))
-        return Hits(np.concatenate(distance), np.concatenate(triangle), np.concatenate(weights))
+        """Return where rays from ``origins`` along ``directions`` ``[n, 3]`` first meet the mesh.
+
+        Of Embree's answer the triangle alone is used. Its distances and weights have other last bits on other
+        processors, because it begins with their approximate reciprocals.
+        """
+        found = [self._met(batch, self._triangles(batch)) for batch in _batches(origins, directions)]
+        distance, triangle, weights = (np.concatenate(parts) for parts in zip(*found, strict=True))
+        return Hits(distance, triangle, weights)
+
+    def first_triangles(self, origins: Array, directions: Array) -> npt.NDArray[np.int64]:
+        """Return ``Hits.triangle`` of such rays, which takes less time than all of it."""
+        return np.concatenate([self._triangles(batch) for batch in _batches(origins, directions)])
+
+    def _triangles(self, rays: Array) -> npt.NDArray[np.int64]:
+        index = self._scene.cast_rays(self._core.Tensor(rays), nthreads=1)["primitive_ids"].numpy()
+        return np.where(index == NOTHING, np.int64(-1), index.astype(np.int64))
+
+    def _met(self, rays: Array, triangle: npt.NDArray[np.int64]) -> tuple[Array, npt.NDArray[np.int64], Array]:
+        """Return distance, triangle and weights of rays ``[n, 6]`` with the planes of their triangles.
+
+        As Moeller and Trumbore (1997) have it, in float64.
+        """
+        distance = np.full(len(rays), np.inf, np.float32)
+        weights = np.tile(np.array([1, 0, 0], np.float32), (len(rays), 1))
+        hit = triangle >= 0
+        vertices, corners = self._corners
+        first, second, third = (vertices[corners[triangle[hit], k]].astype(np.float64) for k in range(3))
+        origin, direction = np.split(rays[hit].astype(np.float64), 2, axis=1)
+        along, across, away = second - first, third - first, origin - first
+        across_ray, across_edge = np.cross(direction, across), np.cross(away, along)
+        scale = 1 / _dot(along, across_ray)
+        of_second, of_third = _dot(away, across_ray) * scale, _dot(direction, across_edge) * scale
+        distance[hit] = _dot(across, across_edge) * scale
+        weights[hit] = np.stack([1 - of_second - of_third, of_second, of_third], axis=1)
+        return distance, triangle, weights
 
     def blocked(self, origins: Array, directions: Array, far: float = np.inf) -> npt.NDArray[np.bool_]:
         """Return whether anything lies on each ray before ``far`` lengths of its direction."""
@@ -75,6 +100,13 @@ class Caster:
         """Return the distance of each point ``[n, 3]`` to the nearest surface."""
         answer = self._scene.compute_distance(self._core.Tensor(np.asarray(points, np.float32)), nthreads=1)
         return np.asarray(answer.numpy())
+
+
+def _dot(first: npt.NDArray[np.float64], second: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    # Written out: einsum and sums along an axis leave the order of the terms to the processor's vectors.
+    terms = first * second
+    sums: npt.NDArray[np.float64] = terms[:, 0] + terms[:, 1] + terms[:, 2]
+    return sums
 
 
 def _batches(origins: Array, directions: Array) -> list[Array]:

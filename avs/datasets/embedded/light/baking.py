@@ -119,7 +119,7 @@ def _gather(
     rng: np.random.Generator,
 ) -> _Gathering:
     directions = _hemispheres(normal[rows], rays, rng).reshape(-1, 3)
-    source = caster.nearest(np.repeat(origin[rows], rays, axis=0), directions).triangle
+    source = caster.first_triangles(np.repeat(origin[rows], rays, axis=0), directions)
     triangle = np.maximum(source, 0)
     through = np.array([m.translucency > 0 for m in model.materials])[model.triangle_material[triangle]]
     # The inside of a solid is dark: a vertex that lies within another object must not glow.
