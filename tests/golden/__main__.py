@@ -10,7 +10,10 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from avs.system.compatibility import prepare_environment
-from tests.golden.stages import GOLDEN, digests, expected, reason_not_to_compare, versions
+
+prepare_environment()
+
+from tests.golden.stages import GOLDEN, digests, expected, reason_not_to_compare, versions  # noqa: E402 - imports numpy
 
 
 def main():
@@ -23,7 +26,6 @@ def main():
         help="a command that runs the interpreter as on another processor, such as 'qemu-x86_64 -cpu EPYC-Rome'",
     )
     told = parser.parse_args()
-    prepare_environment()
     reason = None if told.write else reason_not_to_compare()
     if reason:
         sys.exit(reason)
