@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import re
-from collections.abc import Iterable, Iterator
+import shlex
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import yaml
 
@@ -34,6 +37,47 @@ def check_files(paths: Iterable[Path | str]) -> None:
                 meant = node.value.replace("_", "")
                 fault = f"{node.value} is the octal number {int(meant, 8)}"
                 raise UserError(path, f"{place}: {fault}", "write it without a zero in front")
+
+
+def check_options(words: Sequence[str], read: Mapping[str, Any]) -> None:
+    """Check that Snakemake has read every value of ``--config`` as it was given.
+
+    It reads them as YAML, in which a number sign begins a remark, drops the quotes around them, and of several options
+    of this name the last alone.
+
+    Args:
+        words: of the command.
+        read: what Snakemake has made of them, by key.
+
+    Raises:
+        UserError: names the first value that is lost or cut.
+    """
+    for key, given in dict(_options(words)).items():
+        if key not in read:
+            fault = "is lost: of several options --config Snakemake reads the last alone"
+            raise UserError(f"--config {key}", fault, "give all values after one of them")
+        value = given.strip("'\"")  # as Snakemake does
+        found = read[key]
+        if isinstance(found, str) and found != value and value.strip()[:1] not in ("'", '"'):
+            fault = f"{value} would be read as {found}: it is taken for YAML"
+            quoted = shlex.quote(f"{key}= {json.dumps(value, ensure_ascii=False)} ")
+            remedy = f"write --config {quoted}, with both blanks: quotes at the very ends are dropped"
+            raise UserError(f"--config {key}", fault, remedy)
+
+
+def _options(words: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """Yield key and value of each word that ``--config`` is given."""
+    within = False
+    for word in words:
+        told = re.fullmatch("--config=(.*)|-C=?(.*)", word, re.DOTALL)
+        if word in ("--config", "-C"):
+            within = True
+        elif told is not None or word.startswith("-"):
+            within = False
+        rest = (told[1] or told[2] or "") if told is not None else word if within else ""
+        key, equals, value = rest.partition("=")
+        if equals:
+            yield key, value
 
 
 def _check_keys(path: Path, section: yaml.MappingNode) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 sys.path.insert(0, str(workflow.basedir))
 
 from avs.config.configuration import load
-from avs.config.configuration_files import check_files
+from avs.config.configuration_files import check_files, check_options
 from avs.config.jobs import settings_of
 from avs.config.method_weights import Made, absent_methods, weights_of
 from avs.config.other_representations import kinds_of_run
@@ -38,6 +38,8 @@ if workflow.config_settings.config.get("scenes_dir", "any") in (None, ""):
     sys.exit("error: --config scenes_dir=: names no folder; name one, or leave it out")
 
 try:
+    if workflow.is_main_process:
+        check_options(sys.argv, workflow.config_settings.config)
     check_files(workflow.configfiles)
     settings = load(config, PROGRAMS)
 except UserError as error:
