@@ -101,6 +101,7 @@ onsuccess:
         print(f"\n{path.read_text()}")
     if made:
         print(f"All tables: {RESULTS}/tables; figures: {RESULTS}/figures")
+    tell_what_is_lost()  # again: its first line is far above
     page = Path(f"{RESULTS}/report/index.html")
     if page.exists() and page.stat().st_mtime > STARTED:
         print(f"The page, to be opened in a browser: {page}")

@@ -252,6 +252,18 @@ def test_a_damaged_capture_ends_its_own_jobs_only(tmp_path):
     assert (folder / aside).read_text() == table
 
 
+def test_a_data_set_that_is_not_there_keeps_no_other_from_its_tables(tmp_path):
+    folder = checkout(tmp_path)
+    values = tiny()
+    values["datasets"]["mine"] = {"source": "captures", "folder": "nowhere"}
+    (folder / "tiny.yaml").write_text(yaml.safe_dump(values))
+    result = run(folder, "-n", "tables")
+    assert result.returncode == 0, result.stderr
+    assert result.stderr.count("left out: mine: nowhere: there is no such folder; give the folder that holds") == 1
+    assert "orbit_0" in result.stdout
+    assert "mine" not in result.stdout
+
+
 @pytest.mark.parametrize(
     ("option", "line"),
     [

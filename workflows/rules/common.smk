@@ -10,6 +10,7 @@ sys.path.insert(0, str(workflow.basedir))
 from avs.config.configuration import load
 from avs.config.configuration_files import check_files, check_options
 from avs.config.jobs import settings_of
+from avs.config.lost_data_sets import without_lost
 from avs.config.method_weights import Made, absent_methods, weights_of
 from avs.config.other_representations import kinds_of_run
 from avs.datasets import reader_registry
@@ -41,9 +42,19 @@ try:
     if workflow.is_main_process:
         check_options(sys.argv, workflow.config_settings.config)
     check_files(workflow.configfiles)
-    settings = load(config, PROGRAMS)
+    settings, LOST = without_lost(load(config, PROGRAMS))
 except UserError as error:
     sys.exit(f"error: {error}")
+
+
+def tell_what_is_lost():
+    """Tell of data sets that are left out, and of what is made of their scenes alone."""
+    for name, reason in LOST.items():
+        print(f"left out: {name}: {reason}", file=sys.stderr)
+
+
+if workflow.is_main_process:
+    tell_what_is_lost()
 
 # All jobs inherit it, wherever they run, and what they are made of (see made_of, below) depends on it.
 os.environ[numerics.VARIABLE] = settings.numerics
