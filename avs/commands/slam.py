@@ -66,7 +66,8 @@ def active_slam(
         from avs.report.tables.active_slam import write_active_slam
 
         told = read_settings(settings, SlamFigureJob)
-        write_active_slam(records, told.buildings, told.in_order, published, out, told.absent)
+        absent = told.absent, told.absent_buildings
+        write_active_slam(records, told.buildings, told.in_order, published, out, *absent)
 
 
 @commands.command("slam_maps")
@@ -107,4 +108,4 @@ def slam_over_steps(records: Explorations, settings: SettingsFile, out: Stem, lo
         from avs.report.figures.slam_over_steps import write_slam_over_steps
 
         told = read_settings(settings, SlamFigureJob)
-        write_slam_over_steps(records, told.buildings, told.methods, out)
+        write_slam_over_steps(records, told.explored, told.methods, out)

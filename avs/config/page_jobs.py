@@ -9,7 +9,7 @@ from avs.config.report_jobs import PageExplorationJob, PageJob, PageSceneJob
 from avs.config.run_config import Config
 from avs.config.scenes import scenes_in
 from avs.config.shown_records import records_of, rows_of
-from avs.config.slam_jobs import absent_explorers
+from avs.config.slam_jobs import explored
 from avs.system.models import StrictModel
 
 
@@ -26,11 +26,13 @@ def _page_exploration(config: Config, _: str) -> PageExplorationJob:
 
 def _page(config: Config, _: str) -> PageJob:
     """Return what the page reads; explorations are on it where the target ``tables`` makes their table, too."""
-    slam, absent = config.slam, absent_explorers(config)
+    slam = config.slam
     explorations = {}
     if slam is not None and slam.with_tables:
-        runs = tuple((name, seed) for name in slam.methods if name not in absent for seed in slam.seeds)
-        explorations = dict.fromkeys(slam.buildings, runs)
+        explorations = {
+            building: tuple((name, seed) for name in methods for seed in slam.seeds)
+            for building, methods in explored(config).items()
+        }
     return PageJob(
         **records_of(config),
         absent=absent_methods(config),

@@ -67,10 +67,16 @@ class SlamFigureJob(StrictModel):
     """What a figure or table of explorations reads."""
 
     absent: dict[str, Reason] = Field(default={}, description="why a method does not explore, by identifier")
-    buildings: tuple[str, ...] = Field(description="names, in order")
+    absent_buildings: dict[str, Reason] = Field(default={}, description="why a building is not explored, by name")
+    buildings: tuple[str, ...] = Field(description="names, in order, of those that are not explored, too")
     methods: tuple[str, ...] = Field(description="identifiers, in order")
     choosers: dict[str, PathScorerSettings] = Field(description="what chooses the paths, by these identifiers")
     seeds: tuple[int, ...] = Field(description="of the records")
+
+    @property
+    def explored(self) -> tuple[str, ...]:
+        """The names of the buildings that are explored, in order."""
+        return tuple(name for name in self.buildings if name not in self.absent_buildings)
 
     @property
     def in_order(self) -> dict[str, PathScorerSettings]:
@@ -84,7 +90,7 @@ def exploration_settings(slam: SlamConfig, building: str, method: str) -> SlamSe
     return SlamSettings.model_validate({**dict(slam.robot), "scorer": scorer, "start": start})
 
 
-def slam_figure(slam: SlamConfig, absent: dict[str, Reason]) -> SlamFigureJob:
+def slam_figure(slam: SlamConfig, absent: dict[str, Reason], absent_buildings: dict[str, Reason]) -> SlamFigureJob:
     """Return which records a figure or table holds."""
     return SlamFigureJob(
         buildings=tuple(slam.buildings),
@@ -92,6 +98,7 @@ def slam_figure(slam: SlamConfig, absent: dict[str, Reason]) -> SlamFigureJob:
         choosers=slam.methods,
         seeds=slam.seeds,
         absent=absent,
+        absent_buildings=absent_buildings,
     )
 
 

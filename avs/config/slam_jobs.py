@@ -1,13 +1,16 @@
-"""What the jobs of active SLAM read of the configuration, and which methods cannot explore."""
+"""What the jobs of active SLAM read of the configuration, and which methods and buildings have no explorations."""
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
+from pathlib import Path
 
 from avs.config.method_weights import Absent, weights_of
 from avs.config.run_config import Config
 from avs.config.slam_config import (
     BuildingJob,
+    MeshBuilding,
     SlamConfig,
     SlamFigureJob,
     exploration_settings,
@@ -15,7 +18,9 @@ from avs.config.slam_config import (
     slam_figure,
     untrained,
 )
+from avs.slam.building.usable_mesh import check_building
 from avs.slam.loop.slam_settings import SlamSettings
+from avs.system.errors import UserError
 from avs.system.models import StrictModel
 from avs.system.reasons import Reason
 
@@ -36,7 +41,7 @@ def _exploration(config: Config, name: str) -> SlamSettings:
 
 
 def _slam_figure(config: Config, _: str) -> SlamFigureJob:
-    return slam_figure(_slam(config), absent_explorers(config))
+    return slam_figure(_slam(config), absent_explorers(config), absent_buildings(config))
 
 
 def absent_explorers(config: Config) -> dict[str, Reason]:
@@ -45,6 +50,33 @@ def absent_explorers(config: Config) -> dict[str, Reason]:
     able = {name: told for name, told in explorers(config.slam).items() if name not in lacking}
     answers = {name: weights_of(config, told.method) for name, told in able.items()}
     return lacking | {name: answer.reason for name, answer in answers.items() if isinstance(answer, Absent)}
+
+
+def absent_buildings(config: Config) -> dict[str, Reason]:
+    """Return why each building that cannot be read is not explored, by its name; one keeps no other from it."""
+    buildings = {} if config.slam is None else config.slam.buildings
+    files = {name: Path(each.file) for name, each in buildings.items() if isinstance(each, MeshBuilding)}
+    reasons = {name: _why_unusable(path) for name, path in files.items()}
+    return {name: reason for name, reason in reasons.items() if reason is not None}
+
+
+def explored(config: Config) -> dict[str, list[str]]:
+    """Return the methods that explore here, in order, by the names of the buildings; empty where none does."""
+    if config.slam is None:
+        return {}
+    unable, unread = absent_explorers(config), absent_buildings(config)
+    methods = [name for name in config.slam.methods if name not in unable]
+    return {name: methods for name in config.slam.buildings if name not in unread} if methods else {}
+
+
+@functools.cache
+def _why_unusable(path: Path) -> Reason | None:
+    """Return why a mesh cannot be read, or None; a process looks once, so that all of a run goes by the same."""
+    try:
+        check_building(path)
+    except UserError as error:
+        return Reason(cause=str(error))
+    return None
 
 
 SLAM_JOBS: dict[str, Callable[[Config, str], StrictModel]] = {

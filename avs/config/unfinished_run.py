@@ -14,6 +14,7 @@ from avs.config.paper_tables import FOLDER, published_scenes, side_by_side, with
 from avs.config.report_jobs import CoverageTableJob, RowsJob, SummaryJob, TableJob
 from avs.config.run_plan import RunPlan
 from avs.config.slam_config import SlamFigureJob, explorers
+from avs.config.slam_jobs import explored
 from avs.config.studied import studied_methods
 from avs.config.unfinished_agnostic import wanted_agnostic
 from avs.nvs.common_states_settings import CommonStatesJob
@@ -60,25 +61,25 @@ def _explorations(plan: RunPlan) -> WantedExplorations | None:
         return None
     settings = settings_of(plan.config, "slam_figure")
     assert isinstance(settings, SlamFigureJob)
+    runs = explored(plan.config).items()
     records = []
-    for building in settings.buildings:
-        for method in settings.methods:
-            for seed in settings.seeds if method not in settings.absent else ():
-                place = {"building": building, "method": method, "seed": seed}
-                logs = _exploration_logs(plan, place)
-                records.append(
-                    WantedExploration(
-                        place=(building, method, seed),
-                        path=Path(plan.records[rule].format(**place)),
-                        logs=logs,
-                        settings=settings_of(plan.config, f"{rule}/{building}/{method}").model_dump(mode="json"),
-                        stale=why_stale(logs, plan.stamps),
-                    )
-                )
+    for building, method, seed in ((name, each, seed) for name, of in runs for each in of for seed in settings.seeds):
+        place = {"building": building, "method": method, "seed": seed}
+        logs = _exploration_logs(plan, place)
+        records.append(
+            WantedExploration(
+                place=(building, method, seed),
+                path=Path(plan.records[rule].format(**place)),
+                logs=logs,
+                settings=settings_of(plan.config, f"{rule}/{building}/{method}").model_dump(mode="json"),
+                stale=why_stale(logs, plan.stamps),
+            )
+        )
     if not told.with_tables and not any(each.path.exists() for each in records):
         return None
     published = Path(f"{FOLDER}/{SLAM_NAME}")
-    return WantedExplorations(settings.buildings, settings.in_order, tuple(records), published, settings.absent)
+    absent = settings.absent, settings.absent_buildings
+    return WantedExplorations(settings.buildings, settings.in_order, tuple(records), published, *absent)
 
 
 def _exploration_logs(plan: RunPlan, place: dict[str, Any]) -> tuple[Path, ...]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from avs.system.errors import UserError
-from avs.system.files import explained, file_hash
+from avs.system.files import CAN_BE_NAMED, can_be_named, explained, file_hash
 from avs.system.reasons import Reason
 
 PARTS = ("images", "sparse", "colmap/sparse")
@@ -193,11 +193,11 @@ def _why_unusable(path: Path, folders: dict[str, Path], layout: Layout) -> Reaso
     if len(name) > _LONGEST_NAME or re.search(r"(.+)\1{19}$", name):  # Snakemake takes the latter for a circle
         cause = f"has a scene name of more than {_LONGEST_NAME} characters, or one that ends in 20 repetitions"
         return Reason(cause=cause, remedy="give it a short name of letters from a to z")
-    remedy = "use names in UTF-8 without braces, angle brackets, line breaks or blanks at the end"
-    if not _can_be_named(path):
+    remedy = CAN_BE_NAMED
+    if not can_be_named(path):
         return Reason(cause="has a name that the workflow cannot take", remedy=remedy)
     for file in layout.files(path):
-        if not _can_be_named(file):
+        if not can_be_named(file):
             name = _shown(file.relative_to(path))
             return Reason(cause=f"has a file whose name the workflow cannot take, {name}", remedy=remedy)
     return None
@@ -211,15 +211,6 @@ def _why_copy(path: Path, keys: dict[tuple[object, ...], Path], layout: Layout) 
         return None
     cause = f"has the same photographs as {_shown(_name(first))}"
     return Reason(cause=cause, remedy="take one away, or give it a data set of its own")
-
-
-def _can_be_named(path: Path) -> bool:
-    """Whether Snakemake can have ``path`` as an input.
-
-    It takes braces for wildcards and angle brackets for path variables, and writes names as UTF-8.
-    """
-    text = str(path)
-    return re.search("[{}<>\x00-\x1f\x7f\ud800-\udfff]", text) is None and text == text.strip()
 
 
 def _name(path: Path) -> str:

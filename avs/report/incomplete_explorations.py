@@ -47,6 +47,7 @@ class WantedExplorations:
         records: what it is made from.
         published: file of the paper's values.
         absent: why a method cannot explore, by identifier.
+        absent_buildings: why a building is not explored, by name.
     """
 
     buildings: tuple[str, ...]
@@ -54,6 +55,7 @@ class WantedExplorations:
     records: tuple[WantedExploration, ...]
     published: Path
     absent: Mapping[str, Reason]
+    absent_buildings: Mapping[str, Reason]
 
 
 def incomplete_explorations(wanted: WantedExplorations) -> Document:
@@ -69,7 +71,8 @@ def incomplete_explorations(wanted: WantedExplorations) -> Document:
         told = dict.fromkeys(missing.values())
         raise UserError("table of active SLAM", "no exploration yet", "; ".join(told) or "go on with the run")
     explorations = replace(read_explorations(paths), missing=missing)
-    return active_slam(explorations, wanted.buildings, wanted.methods, wanted.published, wanted.absent)
+    absent = wanted.absent, wanted.absent_buildings
+    return active_slam(explorations, wanted.buildings, wanted.methods, wanted.published, *absent)
 
 
 def _why_not(wanted: WantedExploration) -> str | None:

@@ -7,6 +7,7 @@ import errno
 import hashlib
 import json
 import os
+import re
 import secrets
 import shutil
 import tempfile
@@ -31,6 +32,9 @@ _REMEDIES = {
 
 SMALL = 1_000_000
 """Bytes up to which a file is hashed at every look; a larger one is judged by its size and times first."""
+
+CAN_BE_NAMED = "use names in UTF-8 without braces, angle brackets, line breaks or blanks at the end"
+"""What helps where Snakemake cannot have a file as an input."""
 
 _touched: list[Path] = []
 
@@ -141,6 +145,15 @@ def file_hash(path: Path | str) -> str:
     """Return the SHA-256 of a file's bytes, in hexadecimal."""
     with open(path, "rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def can_be_named(path: Path) -> bool:
+    """Whether Snakemake can have ``path`` as an input; ``CAN_BE_NAMED`` says what helps where it cannot.
+
+    It takes braces for wildcards and angle brackets for path variables, and writes names as UTF-8.
+    """
+    text = str(path)
+    return re.search("[{}<>\x00-\x1f\x7f\ud800-\udfff]", text) is None and text == text.strip()
 
 
 @contextlib.contextmanager

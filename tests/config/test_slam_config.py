@@ -8,6 +8,7 @@ import yaml
 from avs.config.configuration import load
 from avs.config.jobs import settings_of
 from avs.config.sensitivity_settings import laid_over
+from avs.config.slam_jobs import explored
 from avs.system.errors import UserError
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -33,6 +34,20 @@ def test_each_job_reads_its_own():
     assert settings_of(config, "exploration/flat/nearest").start is None
     assert settings_of(config, "building/flat").building.seed == 3
     assert settings_of(config, "slam_figure").methods == ("nearest", "fvs")
+
+
+def test_a_building_that_cannot_be_read_keeps_no_other_from_being_explored(tmp_path):
+    (tmp_path / "cut.glb").write_bytes(b"glT")
+    slam = SLAM | {"buildings": SLAM["buildings"] | {"cut": {"source": "mesh", "file": str(tmp_path / "cut.glb")}}}
+    config = load(BASE | {"slam": slam})
+    told = settings_of(config, "slam_figure")
+    assert told.buildings == ("flat", "own", "cut")
+    assert told.explored == ("flat",)
+    assert "a.glb: is no file" in told.absent_buildings["own"].cause
+    assert "cut.glb: is no readable glTF file" in told.absent_buildings["cut"].cause
+    assert settings_of(config, "page").explorations == {"flat": (("nearest", 0), ("fvs", 0))}
+    alone = load(BASE | {"slam": SLAM | {"buildings": {"own": SLAM["buildings"]["own"]}}})
+    assert explored(alone) == settings_of(alone, "page").explorations == {}
 
 
 def test_without_explorations_their_jobs_are_unknown():

@@ -127,6 +127,17 @@ def test_the_papers_values_are_beside_what_chooses_the_paths_and_not_beside_a_na
     }
 
 
+def test_a_building_that_cannot_be_read_has_rows_without_values_and_its_reason(tmp_path):
+    reason = Reason(cause="own.glb: is no file; check the path")
+    document = active_slam(
+        read_explorations([write(tmp_path)]), ("own", "flat"), choosers(["nearest"]), PUBLISHED, {}, {"own": reason}
+    )
+    own, flat = document.groups
+    assert (own.name, own.rows[0].cells[0].value, own.rows[0].cells[0].cause) == ("own", None, "building not read")
+    assert flat.rows[0].cells[0].value == pytest.approx(50.0)
+    assert f"own: {reason}" in document.notes
+
+
 def test_seeds_have_a_mean_and_a_spread_and_the_oracle_no_rank(tmp_path):
     paths = [write(tmp_path, seed=seed, scr=scr) for seed, scr in ((0, 0.4), (1, 0.6), (2, 0.5))]
     two, _ = rows_of(paths[:2], ["nearest"])
@@ -217,7 +228,7 @@ def wanted(path, building, method, seed, **changes):
 def unfinished_table(records, absent=None):
     methods = tuple(dict.fromkeys(each.place[1] for each in records)) + tuple(absent or ())
     document = incomplete_explorations(
-        WantedExplorations(("flat",), choosers(methods), tuple(records), PUBLISHED, absent or {})
+        WantedExplorations(("flat",), choosers(methods), tuple(records), PUBLISHED, absent or {}, {})
     )
     return {row.label: row for row in document.groups[0].rows}, document
 

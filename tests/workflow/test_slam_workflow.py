@@ -9,6 +9,7 @@ import pytest
 import yaml
 
 from avs.config.run_plan import RunPlan
+from avs.config.slam_config import SlamFigureJob
 from avs.config.unfinished_run import unfinished
 from avs.slam.loop.exploration_record import ExplorationRecord
 from avs.system.records import read_record
@@ -118,6 +119,35 @@ def test_an_outdated_table_that_is_not_asked_for_is_set_aside(explored, tmp_path
     assert not list((folder / TABLE).parent.glob("active_slam*"))
     assert (folder / "results/tiny/figures/slam_maps_flat.png").is_file()  # nothing of it has changed
     assert "Nothing to be done" in run(folder, "-j1", figure).stderr
+
+
+def test_a_building_that_cannot_be_read_stops_nobody_else(tmp_path):
+    folder = checkout(tmp_path / "project")
+    (folder / "cut.glb").write_bytes(b"glT")
+    lost = {name: {"source": "mesh", "file": f"{name}.glb"} for name in ("gone", "cut")}
+    configure(folder, buildings=lost | SLAM["buildings"])
+    result = run(folder, "-n", "tables")
+    assert result.returncode == 0, result.stderr
+    assert result.stderr.count("left out of slam.buildings: gone: gone.glb: is no file; check the path\n") == 1
+    assert "left out of slam.buildings: cut: cut.glb: is no readable glTF file" in result.stderr
+    assert "exploration of flat by nearest, seed 0" in result.stdout
+    assert "exploration of gone" not in result.stdout
+    result = run(folder, "-j1", "results/tiny/settings/slam_figure.json")
+    assert result.returncode == 0, result.stderr
+    told = read_record(folder / "results/tiny/settings/slam_figure.json", SlamFigureJob)
+    assert (told.explored, set(told.absent_buildings)) == (("flat",), set(lost))
+
+
+def test_where_no_building_can_be_read_the_other_tables_are_made_and_explore_says_why(tmp_path):
+    folder = checkout(tmp_path / "project")
+    configure(folder, buildings={"gone": {"source": "mesh", "file": "gone.glb"}})
+    result = run(folder, "-n", "tables")
+    assert result.returncode == 0, result.stderr
+    assert "left out: slam: nothing can be explored here (gone: gone.glb: is no file; check the path)" in result.stderr
+    assert "table of active SLAM" not in result.stdout
+    result = run(folder, "-j1", "explore")
+    assert result.returncode != 0
+    assert "slam: nothing can be explored here, as a line above says why" in result.stderr + result.stdout
 
 
 def test_without_buildings_the_target_says_what_to_do(tmp_path):

@@ -2,7 +2,7 @@
 
 from avs.config.paper_tables import FOLDER
 from avs.config.slam_config import explorers
-from avs.config.slam_jobs import absent_explorers
+from avs.config.slam_jobs import absent_buildings, absent_explorers, explored
 from avs.report.published import SLAM_NAME
 from avs.slam.building.side_files import side_files
 
@@ -14,28 +14,39 @@ wildcard_constraints:
     building="[a-z0-9_]+",
 
 
-# No exploration is asked for of a method that cannot run here; its row in the table says why.
-BUILDINGS = list(settings.slam.buildings) if settings.slam else []
+# No exploration is asked for of a method that cannot run here, nor in a building that cannot be read; the table says why.
+# Without a method, or without a building, there is none at all.
+UNREAD = absent_buildings(settings)
 UNABLE = absent_explorers(settings)
-EXPLORING = [
-    name for name in (settings.slam.methods if BUILDINGS else []) if name not in UNABLE
-]
+EXPLORED = explored(settings)
+BUILDINGS = list(EXPLORED)
+EXPLORING = EXPLORED[BUILDINGS[0]] if BUILDINGS else []
+
+for name, reason in UNREAD.items() if workflow.is_main_process else ():
+    print(f"left out of slam.buildings: {name}: {reason}", file=sys.stderr)
+
+if (
+    workflow.is_main_process
+    and settings.slam
+    and settings.slam.buildings
+    and not BUILDINGS
+):
+    why = "; ".join(f"{name}: {each}" for name, each in (UNABLE | UNREAD).items())
+    print(f"left out: slam: nothing can be explored here ({why})", file=sys.stderr)
 
 
 def building_file(wildcards):
     """Return the mesh of a building: an embedded flat's, which a rule makes, or a file of the user's."""
     building = settings.slam.buildings[wildcards.building]
-    if building.source == "apartment":
-        return f"{SLAM}/building/mesh.ply"
-    if not Path(building.file).is_file():
-        sys.exit(
-            f"error: configuration: slam.buildings.{wildcards.building}.file: {building.file} is no file; check the path"
-        )
-    return building.file
+    return (
+        f"{SLAM}/building/mesh.ply" if building.source == "apartment" else building.file
+    )
 
 
 def building_side_files(wildcards):
     """Return the files that the mesh of a building names, such as textures."""
+    if wildcards.building in UNREAD:
+        return []
     return list(map(str, side_files(Path(building_file(wildcards)))))
 
 
@@ -92,11 +103,8 @@ def slam_tables(wildcards):
 
 def exploration_tables(wildcards):
     """Return the table of explorations and their figures, for the target ``explore``."""
-    if not EXPLORING:
-        why = "; ".join(f"{name}: {reason}" for name, reason in UNABLE.items())
-        sys.exit(
-            f"error: configuration: slam.methods: none can explore here ({why}); add one, such as nearest"
-        )
+    if not BUILDINGS:
+        return []
     maps = expand(
         f"{RESULTS}/figures/slam_maps_{{building}}.pdf",
         building=BUILDINGS,
@@ -265,6 +273,13 @@ if BUILDINGS:
     rule explore:
         input:
             exploration_tables,
+
+elif settings.slam and settings.slam.buildings:
+
+    rule explore:
+        shell:
+            "echo 'error: configuration: slam: nothing can be explored here, as a line above says why;"
+            " add a method, such as nearest, or a building that can be read' >&2; exit 2"
 
 else:
 

@@ -16,6 +16,7 @@ from avs.report.formats.numbers import EXTRA_DECIMALS, plain
 from avs.report.formats.writing import write_document
 from avs.report.published import read_published
 from avs.report.tables.active_slam_curves import curves
+from avs.report.tables.active_slam_notes import absences, gaps, remarks
 from avs.report.tables.arrangement import ranks
 from avs.slam.loop.exploration_record import ExplorationMeta, ExplorationRecord
 from avs.slam.scoring.path_settings import PathScorerSettings
@@ -83,6 +84,7 @@ def write_active_slam(
     published: Path,
     out: Path,
     absent: Mapping[str, Reason] = MappingProxyType({}),
+    absent_buildings: Mapping[str, Reason] = MappingProxyType({}),
 ) -> None:
     """Write ``out`` with ``.csv``, ``.md`` and ``.tex``, ``_per_run.csv`` and ``_curves.csv``.
 
@@ -93,11 +95,13 @@ def write_active_slam(
         published: the paper's values.
         out: path of the table without suffix.
         absent: why a method could not explore, by identifier.
+        absent_buildings: why a building is not explored, by name; its rows are without values.
 
     Raises:
         UserError: no record; one is missing, damaged or not comparable; or the published values cannot be read.
     """
-    write_document(active_slam(read_explorations(records), buildings, methods, published, absent), out)
+    explorations = read_explorations(records)
+    write_document(active_slam(explorations, buildings, methods, published, absent, absent_buildings), out)
 
 
 def active_slam(
@@ -106,6 +110,7 @@ def active_slam(
     methods: Mapping[str, PathScorerSettings],
     published: Path,
     absent: Mapping[str, Reason] = MappingProxyType({}),
+    absent_buildings: Mapping[str, Reason] = MappingProxyType({}),
 ) -> Document:
     """Return the table: one group of rows for each building, the paper's values beside those that it has."""
     explorations = _with_gaps(explorations, buildings, methods)
@@ -116,7 +121,13 @@ def active_slam(
     groups, listed = [], []
     for building in buildings:
         cells = {
-            method: _cells(explorations, building, method, _values_of(paper, chooser), absent.get(method))
+            method: _cells(
+                explorations,
+                building,
+                method,
+                _values_of(paper, chooser),
+                _cause(absent.get(method), building in absent_buildings),
+            )
             for method, chooser in methods.items()
         }
         groups.append(Group(building, _rows(explorations, columns, building, methods, cells)))
@@ -126,7 +137,11 @@ def active_slam(
         caption=_caption(explorations),
         columns=columns,
         groups=tuple(groups),
-        notes=tuple(dict.fromkeys([*_gaps(explorations), *_notes(explorations, methods), *_absent(absent)])),
+        notes=tuple(
+            dict.fromkeys(
+                [*gaps(explorations), *remarks(explorations, methods), *absences(absent_buildings), *absences(absent)]
+            )
+        ),
         listing=Listing(FIELDS, tuple(listed)),
         appendices={"_per_run": _per_run(explorations), "_curves": curves(explorations)},
     )
@@ -154,18 +169,17 @@ def _cells(
     building: str,
     method: str,
     paper: Mapping[str, str],
-    reason: Reason | None,
+    missing: str,
 ) -> list[Cell]:
     """Return the mean over seeds, and their standard deviation where there are enough, of each column."""
     places = [place for place in sorted(explorations.cells) if place[:2] == (building, method)]
-    cause = "no exploration" if reason is None else reason.cause
     cells: list[Cell] = []
     for metric, value in _COLUMNS:
         values = [value(explorations.cells[place], explorations.metas[place]) for place in places]
         numbers = [number for number in values if number is not None]
         beside = paper.get(metric.identifier)
         if not numbers:
-            cells.append(Cell(published=beside, cause=cause if not places and not cells else None))
+            cells.append(Cell(published=beside, cause=missing if not places and not cells else None))
             continue
         enough = len(numbers) >= ENOUGH_FOR_SPREAD
         spread = float(np.std(numbers, ddof=1)) if enough and metric.higher_is_better is not None else None
@@ -226,49 +240,11 @@ def _caption(explorations: Explorations) -> tuple[str, ...]:
     return tuple(sentences)
 
 
-def _gaps(explorations: Explorations) -> list[str]:
-    """Return a note for each reason why explorations are missing, and for each mean of fewer seeds."""
-    gaps: dict[str, list[str]] = {}
-    for (building, method, seed), why in explorations.missing.items():
-        gaps.setdefault(why, []).append(f"{explorations.label(method)} in {building}, seed {seed}")
-    notes = [f"{'; '.join(places)}: {why}" for why, places in gaps.items()]
-    for building, method in dict.fromkeys(place[:2] for place in explorations.missing):
-        seeds = [str(record.seed) for record in explorations.of(building, method)]
-        if seeds:
-            plural = "s" if len(seeds) > 1 else ""
-            label = explorations.label(method)
-            notes.append(f"{label} in {building}: mean of seed{plural} {', '.join(seeds)} only, not to be ranked")
-    return notes
-
-
-def _storeys(explorations: Explorations) -> list[str]:
-    """Return a note for each building in which seeds start on different storeys: their surfaces are not the same."""
-    areas: dict[str, dict[int, float]] = {}
-    for (building, _, seed), record in sorted(explorations.cells.items()):
-        areas.setdefault(building, {})[seed] = record.floor_area
-    told = {building: sorted(set(of.values())) for building, of in areas.items()}
-    return [
-        f"{building}: seeds start on different storeys ({', '.join(f'{area:.1f}' for area in found)} square metres), "
-        "so that means are over different surfaces and poses; slam.buildings.NAME.start fixes one"
-        for building, found in told.items()
-        if len(found) > 1
-    ]
-
-
-def _notes(explorations: Explorations, methods: Iterable[str]) -> list[str]:
-    notes = [note for record in explorations.cells.values() for note in record.notes] + _storeys(explorations)
-    unranked = [explorations.label(method) for method in methods if not explorations.ranked(method)]
-    if unranked:
-        notes.append(f"{', '.join(unranked)}: knows the building; an upper reference without a rank")
-    notes.append(
-        "published: the paper's values on Gibson, one number each without a spread, for orientation alone: other "
-        "buildings, another camera and another mapper, so that no difference is printed"
-    )
-    return notes
-
-
-def _absent(absent: Mapping[str, Reason]) -> list[str]:
-    return [f"{method}: {reason}" for method, reason in absent.items()]
+def _cause(reason: Reason | None, unread: bool) -> str:
+    """Return what stands in place of the numbers of a method without explorations in a building."""
+    if unread:
+        return "building not read"
+    return "no exploration" if reason is None else reason.cause
 
 
 def _listed(

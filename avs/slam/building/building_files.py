@@ -34,28 +34,35 @@ def read_building(path: Path) -> Building:
         UserError: the file is missing, is of another kind, is damaged, has no triangle, or has textures or a
             compression that are not read.
     """
-    if path.suffix.lower() not in SUFFIXES:
-        raise UserError(path, "is no mesh that is read", f"give a file with one of {', '.join(SUFFIXES)}")
-    if not path.is_file():
-        raise UserError(path, "is no file", "check the path")
+    check_kind(path)
     if path.suffix.lower() in (".glb", ".gltf"):
-        _refuse_extensions(path)
+        check_gltf(path)
     building = _read_colored(path) if path.suffix.lower() == ".ply" else _read_model(path)
     if not np.isfinite(building.vertices).all():
         raise UserError(path, "has vertices that are not finite numbers", "repair the mesh")
     return building
 
 
-def _refuse_extensions(path: Path) -> None:
-    """Refuse a glTF file with contents that Open3D would leave out in silence."""
-    content = path.read_bytes()
+def check_kind(path: Path) -> None:
+    """Look whether a mesh is there and of a kind that is read.
+
+    Raises:
+        UserError: it is not.
+    """
+    if path.suffix.lower() not in SUFFIXES:
+        raise UserError(path, "is no mesh that is read", f"give a file with one of {', '.join(SUFFIXES)}")
+    if not path.is_file():
+        raise UserError(path, "is no file", "check the path")
+
+
+def check_gltf(path: Path) -> None:
+    """Look at what a glTF file says of itself, without its triangles.
+
+    Raises:
+        UserError: it cannot be understood, is cut, or has contents that Open3D would leave out in silence.
+    """
     try:
-        if path.suffix.lower() == ".glb":
-            if content[:4] != b"glTF":
-                raise ValueError("its first bytes are not glTF")
-            (length,) = struct.unpack("<I", content[12:16])
-            content = content[20 : 20 + length]
-        described: dict[str, Any] = json.loads(content)
+        described: dict[str, Any] = json.loads(_description(path))
         used = [*described.get("extensionsUsed", []), *described.get("extensionsRequired", [])]
         if any(str(image.get("mimeType", "")) == "image/ktx2" for image in described.get("images", [])):
             used.append("KHR_texture_basisu")
@@ -64,6 +71,24 @@ def _refuse_extensions(path: Path) -> None:
     for extension, (fault, remedy) in _UNREADABLE.items():
         if extension in used:
             raise UserError(path, fault, remedy)
+
+
+def _description(path: Path) -> bytes:
+    """Return what a glTF file says in JSON; of a binary one it is the first part.
+
+    Raises:
+        ValueError: it is of another kind, or ends before all that it announces.
+    """
+    if path.suffix.lower() != ".glb":
+        return path.read_bytes()
+    with path.open("rb") as stream:
+        head = stream.read(20)
+        if head[:4] != b"glTF":
+            raise ValueError("its first bytes are not glTF")
+        announced, length = struct.unpack("<2I", head[8:16])
+        if path.stat().st_size < announced:
+            raise ValueError(f"it has {path.stat().st_size} of {announced} bytes")
+        return stream.read(length)
 
 
 def _read_model(path: Path) -> Building:
