@@ -9,7 +9,7 @@ SHELL := bash
 .SHELLFLAGS := -euo pipefail -c
 export PATH := $(CURDIR)/.venv/bin:$(PATH)
 
-.PHONY: tables photographs test browser lint check endurance
+.PHONY: tables photographs test browser cluster lint check endurance
 
 tables: .venv/installed
 	snakemake -j$(CORES) tables
@@ -43,6 +43,11 @@ test: .venv/installed lint
 browser: .venv/installed
 	@$(PIP) --no-deps --quiet --requirement environment-optional.txt || echo "no packages of environment-optional.txt"
 	pytest tests/report/test_page_in_browser.py -rs
+
+# A Slurm of one node on this machine: Debian's packages slurmctld, slurmd, slurm-client and munge. See docs/cluster.md.
+cluster: .venv/installed
+	@$(PIP) --quiet snakemake-executor-plugin-slurm==2.8.0
+	AVS_CLUSTER=1 pytest tests/cluster -rs
 
 # Random damage and kills, each against a run from nothing: hours. See docs/integrity.md.
 endurance: .venv/installed

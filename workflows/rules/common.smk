@@ -146,6 +146,7 @@ rule kernels:
 rule settings:
     output:
         f"{RESULTS}/settings/{{job}}.json",
+    localrule: True  # on a cluster, too: a submission takes longer than such a job
     priority: 3  # no other job starts without one
     params:
         text=settings_text,
