@@ -146,8 +146,8 @@ rule kernels:
 rule settings:
     output:
         f"{RESULTS}/settings/{{job}}.json",
-    localrule: True  # on a cluster, too: a submission takes longer than such a job
     priority: 3  # no other job starts without one
+    localrule: True  # on a cluster, too: a submission takes longer than such a job
     params:
         text=settings_text,
     message:
