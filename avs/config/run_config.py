@@ -45,7 +45,7 @@ class Config(StrictModel):
     device: Literal["cpu", "cuda"] = Field(default="cpu", description="where reconstructions and networks run")
     numerics: Numerics = Field(
         default="portable",
-        description="portable: the CPU gives the same bits on every x86-64 machine with AVX2; native: each library "
+        description="portable: the CPU gives the same bits for the same scene on every x86-64 machine with AVX2; native: each library "
         "chooses its code by the processor, which is faster where that has AVX-512",
     )
     seeds: Annotated[tuple[Seed, ...], Different] = Field(

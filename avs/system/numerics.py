@@ -66,7 +66,7 @@ def variables() -> dict[str, str]:
     """Return the environment variables that the numerics asked for need here; none where they cannot be had."""
     if asked() != "portable" or not processor_suffices():
         return {}
-    return _PORTABLE | (_WITH_AVX512 if "avx512f" in _flags() else {})
+    return _PORTABLE | (_WITH_AVX512 if has_avx512() else {})
 
 
 def set_variables() -> None:
@@ -91,6 +91,11 @@ def in_force() -> Numerics:
 def processor_suffices() -> bool:
     """Return whether this is Linux on an x86-64 processor with the instructions that portable numerics use."""
     return platform.system() == "Linux" and platform.machine() == "x86_64" and set(NEEDED) <= _flags()
+
+
+def has_avx512() -> bool:
+    """Return whether the processor has AVX-512, which portable numerics do without."""
+    return "avx512f" in _flags()
 
 
 @functools.cache

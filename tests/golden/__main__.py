@@ -10,10 +10,18 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from avs.system.compatibility import prepare_environment
+from avs.system.numerics import has_avx512
 
 prepare_environment()
 
-from tests.golden.stages import GOLDEN, digests, expected, reason_not_to_compare, versions  # noqa: E402 - imports numpy
+from tests.golden.stages import (  # noqa: E402 - imports numpy
+    GOLDEN,
+    comparable,
+    digests,
+    expected,
+    reason_not_to_compare,
+    versions,
+)
 
 
 def main():
@@ -25,20 +33,24 @@ def main():
         default="",
         help="a command that runs the interpreter as on another processor, such as 'qemu-x86_64 -cpu EPYC-Rome'",
     )
+    parser.add_argument("--jobs", action="store_true", help="compare jobs, too, where they need not be the same")
     told = parser.parse_args()
     reason = None if told.write else reason_not_to_compare()
     if reason:
         sys.exit(reason)
     known, found = {} if told.write else expected(), {}
     with tempfile.TemporaryDirectory() as folder:
-        for stage, digest in digests(Path(folder), shlex.split(told.emulator)):
+        jobs_too = told.jobs or told.write or (not told.emulator and all(map(comparable, known)))
+        for stage, digest in digests(Path(folder), shlex.split(told.emulator), libraries_alone=not jobs_too):
             fault = "" if told.write or known[stage] == digest else ": DIFFERENT"
             print(f"{stage}{fault}", flush=True)
             if fault:
                 sys.exit(1)
             found[stage] = digest
     if told.write:
-        GOLDEN.write_text(json.dumps({"packages": versions(), "digests": found}, indent=1) + "\n")
+        GOLDEN.write_text(
+            json.dumps({"avx512": has_avx512(), "packages": versions(), "digests": found}, indent=1) + "\n"
+        )
 
 
 if __name__ == "__main__":
