@@ -45,8 +45,8 @@ class Config(StrictModel):
     device: Literal["cpu", "cuda"] = Field(default="cpu", description="where reconstructions and networks run")
     numerics: Numerics = Field(
         default="portable",
-        description="portable: the CPU gives the same bits for the same scene on every x86-64 machine with AVX2; native: each library "
-        "chooses its code by the processor, which is faster where that has AVX-512",
+        description="portable: the CPU gives the same bits for the same scene on every x86-64 machine with AVX2; "
+        "native: each library chooses its code by the processor, which is faster where that has AVX-512",
     )
     seeds: Annotated[tuple[Seed, ...], Different] = Field(
         min_length=1, description="each episode runs once with each seed"
