@@ -51,19 +51,48 @@ def _cell(place, cells):
 
 
 @_inline
+def _around(planes, lines, place, m):
+    """Return the weights and the rows of the four corners around a place on plane ``m`` and of two ends on its line."""
+    cells = lines.shape[1]
+    i, u = _cell(place[m], cells)
+    j, v = _cell(place[(m + 1) % 3], cells)
+    k, w = _cell(place[(m + 2) % 3], cells)
+    weights = ((_ONE - u) * (_ONE - v), (_ONE - u) * v, u * (_ONE - v), u * v, _ONE - w, w)
+    corners = planes[m, i, j], planes[m, i, j + 1], planes[m, i + 1, j], planes[m, i + 1, j + 1]
+    return weights, (*corners, lines[m, k], lines[m, k + 1])
+
+
+@_inline
+def _on_plane(weights, rows, n):
+    return weights[0] * rows[0][n] + weights[1] * rows[1][n] + weights[2] * rows[2][n] + weights[3] * rows[3][n]
+
+
+@_inline
+def _on_line(weights, rows, n):
+    return weights[4] * rows[4][n] + weights[5] * rows[5][n]
+
+
+@_inline
+def _scatter(weights, rows, into, n, gradient):
+    """Add to rows ``into``, as ``_around`` gives them, the gradients of component ``n``, given that of its product."""
+    by_plane = gradient * _on_line(weights, rows, n)
+    by_line = gradient * _on_plane(weights, rows, n)
+    into[0][n] += weights[0] * by_plane
+    into[1][n] += weights[1] * by_plane
+    into[2][n] += weights[2] * by_plane
+    into[3][n] += weights[3] * by_plane
+    into[4][n] += weights[4] * by_line
+    into[5][n] += weights[5] * by_line
+
+
+@_inline
 def _density_feature(planes, lines, place):
     """Return the sum over modes and components of plane times line at one place."""
-    cells, components = lines.shape[1], lines.shape[2]
     total = np.float32(0)
     for m in range(3):
-        i, u = _cell(place[m], cells)
-        j, v = _cell(place[(m + 1) % 3], cells)
-        k, w = _cell(place[(m + 2) % 3], cells)
-        a, b, c, d = (_ONE - u) * (_ONE - v), (_ONE - u) * v, u * (_ONE - v), u * v
-        p, q, r, s = planes[m, i, j], planes[m, i, j + 1], planes[m, i + 1, j], planes[m, i + 1, j + 1]
-        low, high = lines[m, k], lines[m, k + 1]
-        for n in range(components):
-            total += (a * p[n] + b * q[n] + c * r[n] + d * s[n]) * ((_ONE - w) * low[n] + w * high[n])
+        weights, rows = _around(planes, lines, place, m)
+        for n in range(lines.shape[2]):
+            total += _on_plane(weights, rows, n) * _on_line(weights, rows, n)
     return total
 
 
@@ -163,76 +192,39 @@ def march_backward(planes, lines, places, table, starts, by_weights):
 
 @_inline
 def _scatter_density(planes, lines, by_planes, by_lines, place, gradient):
-    cells, components = lines.shape[1], lines.shape[2]
     for m in range(3):
-        i, u = _cell(place[m], cells)
-        j, v = _cell(place[(m + 1) % 3], cells)
-        k, w = _cell(place[(m + 2) % 3], cells)
-        a, b, c, d = (_ONE - u) * (_ONE - v), (_ONE - u) * v, u * (_ONE - v), u * v
-        p, q, r, s = planes[m, i, j], planes[m, i, j + 1], planes[m, i + 1, j], planes[m, i + 1, j + 1]
-        low, high = lines[m, k], lines[m, k + 1]
-        at_p, at_q = by_planes[m, i, j], by_planes[m, i, j + 1]
-        at_r, at_s = by_planes[m, i + 1, j], by_planes[m, i + 1, j + 1]
-        at_low, at_high = by_lines[m, k], by_lines[m, k + 1]
-        for n in range(components):
-            on_line = gradient * ((_ONE - w) * low[n] + w * high[n])
-            on_plane = gradient * (a * p[n] + b * q[n] + c * r[n] + d * s[n])
-            at_p[n] += a * on_line
-            at_q[n] += b * on_line
-            at_r[n] += c * on_line
-            at_s[n] += d * on_line
-            at_low[n] += (_ONE - w) * on_plane
-            at_high[n] += w * on_plane
+        weights, rows = _around(planes, lines, place, m)
+        _, into = _around(by_planes, by_lines, place, m)
+        for n in range(lines.shape[2]):
+            _scatter(weights, rows, into, n, gradient)
 
 
 @_kernel
 def products(planes, lines, places):
     """Return plane times line of each mode and component at places ``[m, 3]``, as ``[m, 3 * components]``."""
-    cells, components = lines.shape[1], lines.shape[2]
+    components = lines.shape[2]
     found = np.empty((len(places), 3 * components), np.float32)
     for n in range(len(places)):
-        place = places[n]
         for m in range(3):
-            i, u = _cell(place[m], cells)
-            j, v = _cell(place[(m + 1) % 3], cells)
-            k, w = _cell(place[(m + 2) % 3], cells)
-            a, b, c, d = (_ONE - u) * (_ONE - v), (_ONE - u) * v, u * (_ONE - v), u * v
-            p, q, r, s = planes[m, i, j], planes[m, i, j + 1], planes[m, i + 1, j], planes[m, i + 1, j + 1]
-            low, high = lines[m, k], lines[m, k + 1]
+            weights, rows = _around(planes, lines, places[n], m)
             out = found[n, m * components : (m + 1) * components]
-            for c_ in range(components):
-                value = a * p[c_] + b * q[c_] + c * r[c_] + d * s[c_]
-                out[c_] = value * ((_ONE - w) * low[c_] + w * high[c_])
+            for component in range(components):
+                out[component] = _on_plane(weights, rows, component) * _on_line(weights, rows, component)
     return found
 
 
 @_kernel
 def products_backward(planes, lines, places, by_products):
     """Return the gradients of planes and lines, given that of ``products``."""
-    cells, components = lines.shape[1], lines.shape[2]
+    components = lines.shape[2]
     by_planes, by_lines = np.zeros_like(planes), np.zeros_like(lines)
     for n in range(len(places)):
-        place = places[n]
         for m in range(3):
-            i, u = _cell(place[m], cells)
-            j, v = _cell(place[(m + 1) % 3], cells)
-            k, w = _cell(place[(m + 2) % 3], cells)
-            a, b, c, d = (_ONE - u) * (_ONE - v), (_ONE - u) * v, u * (_ONE - v), u * v
-            p, q, r, s = planes[m, i, j], planes[m, i, j + 1], planes[m, i + 1, j], planes[m, i + 1, j + 1]
-            low, high = lines[m, k], lines[m, k + 1]
-            at_p, at_q = by_planes[m, i, j], by_planes[m, i, j + 1]
-            at_r, at_s = by_planes[m, i + 1, j], by_planes[m, i + 1, j + 1]
-            at_low, at_high = by_lines[m, k], by_lines[m, k + 1]
+            weights, rows = _around(planes, lines, places[n], m)
+            _, into = _around(by_planes, by_lines, places[n], m)
             by = by_products[n, m * components : (m + 1) * components]
-            for c_ in range(components):
-                on_line = by[c_] * ((_ONE - w) * low[c_] + w * high[c_])
-                on_plane = by[c_] * (a * p[c_] + b * q[c_] + c * r[c_] + d * s[c_])
-                at_p[c_] += a * on_line
-                at_q[c_] += b * on_line
-                at_r[c_] += c * on_line
-                at_s[c_] += d * on_line
-                at_low[c_] += (_ONE - w) * on_plane
-                at_high[c_] += w * on_plane
+            for component in range(components):
+                _scatter(weights, rows, into, component, by[component])
     return by_planes, by_lines
 
 
