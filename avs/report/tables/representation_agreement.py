@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from avs.report.collect import Cell as Place
-from avs.report.collect import Episodes, read_dataset
+from avs.report.collect import Episodes
 from avs.report.document import Cell, Column, Document, Group, Listing, Row
 from avs.report.formats.numbers import plain
 from avs.report.formats.writing import write_document
@@ -14,6 +14,14 @@ from avs.report.machines import machine_notes
 from avs.report.methods import Presented, presented
 from avs.report.published import called
 from avs.report.tables.arrangement import arranged
+from avs.report.tables.episode_columns import (
+    Standings,
+    check_scenes,
+    incomplete,
+    missing_means,
+    places_of,
+    read_columns,
+)
 from avs.report.tables.representation_agreement_numbers import (
     METRICS,
     OrderAgreement,
@@ -35,7 +43,6 @@ AGREEMENT_FIELDS = ("first", "second", "kendall", "low", "high", "chance", "meth
 _DECIMALS = 4  # of the csv files
 _SHOWN = {"psnr": ("PSNR", True, 2, "dB"), "ssim": ("SSIM", True, 3, ""), "lpips": ("LPIPS", False, 3, "")}
 
-_Standings = Mapping[str, Mapping[str, Standing]]
 _Means = Mapping[str, Mapping[str, Mapping[str, float | None]]]
 
 
@@ -58,10 +65,7 @@ def write_agnostic_table(
     Raises:
         UserError: a record is missing, damaged, of another data set, or cannot be compared with the others.
     """
-    found = {
-        name: read_dataset(paths, methods, dataset) if paths else Episodes(dataset, {})
-        for name, paths in records.items()
-    }
+    found = read_columns(records, methods, dataset)
     write_document(representation_agreement(found, methods, dataset, absent), out)
 
 
@@ -84,13 +88,7 @@ def representation_agreement(
         UserError: they were run on other versions of the scenes, with other loops, or one name has two representations.
     """
     _check_comparable(episodes)
-    places = {
-        place
-        for each in episodes.values()
-        for cells in (*each.cells.values(), *each.missing.values())
-        for place in cells
-    }
-    grid = sorted(places)
+    grid = places_of(episodes)
     shown = {method: _presented(method, episodes) for method in methods}
     found = {name: standings(each, list(shown.values()), grid, absent.get(name, {})) for name, each in episodes.items()}
     means = {
@@ -117,13 +115,10 @@ def representation_agreement(
 
 def _check_comparable(episodes: Mapping[str, Episodes]) -> None:
     """Refuse episodes of other versions of a scene, of other loops, or of several representations under one name."""
-    hashes: dict[str, str] = {}
+    check_scenes(episodes)
     loop: dict[str, tuple[object, ...]] = {}
     for name, each in episodes.items():
         for episode in each.all:
-            if hashes.setdefault(episode.scene, episode.scene_hash) != episode.scene_hash:
-                fault = f"was run on another version of the scene {episode.scene} than others"
-                raise UserError(f"{name}, {episode.method}", fault, "run all of them again")
             told = tuple(episode.protocol.get(key) for key in ("iterations", "budget", "initial_views"))
             if loop.setdefault("loop", told) != told:
                 fault = "was run with another budget, start or number of iterations than others"
@@ -160,7 +155,7 @@ def _cells(standing: Standing, means: Mapping[str, float | None]) -> list[Cell]:
     return [*values, Cell(None if standing.rank is None else float(standing.rank))]
 
 
-def _order(found: _Standings, within: Mapping[str, Agreement], orders: Sequence[OrderAgreement]) -> Group:
+def _order(found: Standings, within: Mapping[str, Agreement], orders: Sequence[OrderAgreement]) -> Group:
     """Return the rows that compare the order on each representation with that on the others, and with chance."""
     taus = {(each.first, each.second): each.tau.value for each in orders}
     blank = [Cell(), Cell(), Cell()]
@@ -176,12 +171,10 @@ def _order(found: _Standings, within: Mapping[str, Agreement], orders: Sequence[
     return Group("Order of the methods by PSNR", tuple(rows))
 
 
-def _caption(dataset: str, grid: Sequence[Place], found: _Standings) -> list[str]:
+def _caption(dataset: str, grid: Sequence[Place], found: Standings) -> list[str]:
     scenes, seeds = dict.fromkeys(scene for scene, _ in grid), dict.fromkeys(seed for _, seed in grid)
-    missing = sum(each.missing is not None for row in found.values() for each in row.values())
-    total = sum(map(len, found.values()))
     return [
-        *([f"Incomplete: {missing} of {total} means are missing."] if missing else []),
+        *incomplete(found),
         f"The same methods on several representations of the data set {called(dataset)} ({', '.join(found)}): "
         f"{count(len(scenes), 'scene')} ({', '.join(scenes)}), {count(len(seeds), 'seed')} "
         f"({', '.join(map(str, seeds))}), the same views to choose from and the same number of them.",
@@ -192,20 +185,11 @@ def _caption(dataset: str, grid: Sequence[Place], found: _Standings) -> list[str
 
 def _notes(
     shown: Mapping[str, Presented],
-    found: _Standings,
+    found: Standings,
     orders: Sequence[OrderAgreement],
     within: Mapping[str, Agreement],
 ) -> list[str]:
-    lines = []
-    for method, row in shown.items():
-        reasons: dict[str, list[str]] = {}
-        for name, each in found.items():
-            missing = each[method].missing
-            if missing is not None:
-                reasons.setdefault(str(missing), []).append(name)
-        for reason, names in reasons.items():
-            where = "" if len(names) == len(found) else f" ({', '.join(names)})"
-            lines.append(f"{row.label}{where}: {reason}")
+    lines = missing_means(list(shown.values()), found)
     lines += [_told(each) for each in orders]
     seeds = {each.between_seeds.reason for each in within.values() if each.between_seeds.value is None}
     lines += [f"no tau between single seeds: {why}".replace("candidates", "methods") for why in sorted(map(str, seeds))]
@@ -239,7 +223,7 @@ def _told(each: OrderAgreement) -> str:
 def _listing(
     episodes: Mapping[str, Episodes],
     shown: Mapping[str, Presented],
-    found: _Standings,
+    found: Standings,
     means: _Means,
     grid: Sequence[Place],
 ) -> Listing:

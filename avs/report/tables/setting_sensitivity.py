@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from avs.report.collect import Cell as Place
-from avs.report.collect import Episodes, read_dataset
+from avs.report.collect import Episodes
 from avs.report.document import Cell, Column, Document, Group, Listing, Row
 from avs.report.formats.numbers import plain
 from avs.report.formats.writing import write_document
@@ -15,9 +15,16 @@ from avs.report.methods import Presented, presented
 from avs.report.published import called
 from avs.report.report_settings import BASE
 from avs.report.tables.arrangement import arranged
+from avs.report.tables.episode_columns import (
+    Standings,
+    check_scenes,
+    incomplete,
+    missing_means,
+    places_of,
+    read_columns,
+)
 from avs.report.tables.setting_sensitivity_numbers import Agreement, Standing, agreement, standings
 from avs.report.tables.table_notes import count, unranked_notes
-from avs.system.errors import UserError
 from avs.system.reasons import Reason
 from metrics.definitions import Metric
 
@@ -31,8 +38,6 @@ ORDER = "Order of the methods"
 """Group of the rows that compare the columns."""
 
 _DECIMALS = 4  # of the csv files
-
-_Standings = Mapping[str, Mapping[str, Standing]]
 
 
 def write_sensitivity_table(
@@ -56,11 +61,8 @@ def write_sensitivity_table(
     Raises:
         UserError: a record is missing, damaged, of another data set, or cannot be compared with the others.
     """
-    own = read_dataset(base, methods, dataset) if base else Episodes(dataset, {})
-    others = {
-        variant: read_dataset(paths, methods, dataset) if paths else Episodes(dataset, {})
-        for variant, paths in varied.items()
-    }
+    own = read_columns({BASE: base}, methods, dataset)[BASE]
+    others = read_columns(varied, methods, dataset)
     write_document(setting_sensitivity(own, others, methods, absent), out)
 
 
@@ -80,8 +82,8 @@ def setting_sensitivity(
         UserError: the variants were run on other versions of the scenes.
     """
     settings = {BASE: base, **varied}
-    _check_scenes(settings)
-    grid = _grid(settings)
+    check_scenes(settings)
+    grid = places_of(settings)
     rows = [presented(method, base) for method in methods]
     records = [path for episodes in settings.values() for path in episodes.records]
     found = {name: standings(episodes, rows, grid, absent) for name, episodes in settings.items()}
@@ -97,23 +99,6 @@ def setting_sensitivity(
         listing=_listing(rows, found, grid),
         appendices={"_agreement": _agreement_listing(agreements)},
     )
-
-
-def _check_scenes(settings: Mapping[str, Episodes]) -> None:
-    """Refuse episodes that were run on different versions of a scene."""
-    hashes: dict[str, str] = {}
-    for name, episodes in settings.items():
-        for episode in episodes.all:
-            if hashes.setdefault(episode.scene, episode.scene_hash) != episode.scene_hash:
-                fault = f"was run on another version of the scene {episode.scene} than others"
-                raise UserError(f"{name}, {episode.method}", fault, "run all of them again")
-
-
-def _grid(settings: Mapping[str, Episodes]) -> list[Place]:
-    """Return every scene and seed that any method has, or should have, under any setting."""
-    there = {place for episodes in settings.values() for cells in episodes.cells.values() for place in cells}
-    wanted = {place for episodes in settings.values() for cells in episodes.missing.values() for place in cells}
-    return sorted(there | wanted)
 
 
 def _columns(name: str) -> tuple[Column, Column]:
@@ -143,12 +128,10 @@ def _order(agreements: Mapping[str, Agreement]) -> Group:
     return Group(ORDER, rows)
 
 
-def _caption(dataset: str, grid: Sequence[Place], found: _Standings) -> list[str]:
+def _caption(dataset: str, grid: Sequence[Place], found: Standings) -> list[str]:
     scenes, seeds = dict.fromkeys(scene for scene, _ in grid), dict.fromkeys(seed for _, seed in grid)
-    missing = sum(each.missing is not None for row in found.values() for each in row.values())
-    total = sum(map(len, found.values()))
     return [
-        *([f"Incomplete: {missing} of {total} means are missing."] if missing else []),
+        *incomplete(found),
         f"Test PSNR and rank of each method on the data set {called(dataset)} under the settings of the run "
         f"({BASE}) and under variants of them ({', '.join(name for name in found if name != BASE)}): "
         f"{count(len(scenes), 'scene')} "
@@ -160,16 +143,8 @@ def _caption(dataset: str, grid: Sequence[Place], found: _Standings) -> list[str
     ]
 
 
-def _notes(rows: Sequence[Presented], found: _Standings, agreements: Mapping[str, Agreement]) -> list[str]:
-    lines = []
-    for row in rows:
-        reasons: dict[str, list[str]] = {}
-        for name, standing in ((name, column[row.identifier]) for name, column in found.items()):
-            if standing.missing is not None:
-                reasons.setdefault(str(standing.missing), []).append(name)
-        for reason, names in reasons.items():
-            where = "" if len(names) == len(found) else f" ({', '.join(names)})"
-            lines.append(f"{row.label}{where}: {reason}")
+def _notes(rows: Sequence[Presented], found: Standings, agreements: Mapping[str, Agreement]) -> list[str]:
+    lines = missing_means(rows, found)
     for name, each in agreements.items():
         lines += [f"{name}, {fault}" for fault in _undefined(name, each)]
         if name != BASE and each.methods < agreements[BASE].methods and each.with_base.value is not None:
@@ -185,7 +160,7 @@ def _undefined(name: str, each: Agreement) -> list[str]:
     ]
 
 
-def _listing(rows: Sequence[Presented], found: _Standings, grid: Sequence[Place]) -> Listing:
+def _listing(rows: Sequence[Presented], found: Standings, grid: Sequence[Place]) -> Listing:
     counts = (len({scene for scene, _ in grid}), len({seed for _, seed in grid}))
     records: list[tuple[str | int, ...]] = []
     for name, each in found.items():

@@ -1,0 +1,70 @@
+"""What tables share in which each column has the episodes of all methods under settings, or on a representation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from avs.report.collect import Cell, Episodes, read_dataset
+from avs.report.methods import Presented
+from avs.report.tables.setting_sensitivity_numbers import Standing
+from avs.system.errors import UserError
+
+Columns = Mapping[str, Episodes]
+"""Episodes by the name of the column."""
+
+Standings = Mapping[str, Mapping[str, Standing]]
+"""Each method's standing, by the name of the column and the method's identifier."""
+
+
+def read_columns(records: Mapping[str, Sequence[Path]], methods: Sequence[str], dataset: str) -> dict[str, Episodes]:
+    """Read ``episode.json`` files by the name of the column; a column may have none.
+
+    Raises:
+        UserError: a record is damaged, of another data set, or cannot be compared with others of its column.
+    """
+    return {
+        name: read_dataset(paths, methods, dataset) if paths else Episodes(dataset, {})
+        for name, paths in records.items()
+    }
+
+
+def check_scenes(columns: Columns) -> None:
+    """Look whether all columns have the same scenes.
+
+    Raises:
+        UserError: there are episodes on different versions of a scene.
+    """
+    hashes: dict[str, str] = {}
+    for name, episodes in columns.items():
+        for episode in episodes.all:
+            if hashes.setdefault(episode.scene, episode.scene_hash) != episode.scene_hash:
+                fault = f"was run on another version of the scene {episode.scene} than others"
+                raise UserError(f"{name}, {episode.method}", fault, "run all of them again")
+
+
+def places_of(columns: Columns) -> list[Cell]:
+    """Return every scene and seed that any method has, or should have, in any column."""
+    found = (cells for each in columns.values() for cells in (*each.cells.values(), *each.missing.values()))
+    return sorted({place for cells in found for place in cells})
+
+
+def incomplete(found: Standings) -> list[str]:
+    """Return the sentence of a caption about missing means, if any is."""
+    missing = sum(each.missing is not None for row in found.values() for each in row.values())
+    return [f"Incomplete: {missing} of {sum(map(len, found.values()))} means are missing."] if missing else []
+
+
+def missing_means(rows: Sequence[Presented], found: Standings) -> list[str]:
+    """Return a line for each method and reason why it has no mean, with the columns unless it is all of them."""
+    lines = []
+    for row in rows:
+        reasons: dict[str, list[str]] = {}
+        for name, column in found.items():
+            missing = column[row.identifier].missing
+            if missing is not None:
+                reasons.setdefault(str(missing), []).append(name)
+        for reason, names in reasons.items():
+            where = "" if len(names) == len(found) else f" ({', '.join(names)})"
+            lines.append(f"{row.label}{where}: {reason}")
+    return lines
