@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from avs.commands.arguments import Log, SettingsFile, Stem
+from avs.commands.arguments import Log, SettingsFile, Stem, files_by_name
 from avs.system.job_process import job
 from avs.system.records import read_settings
 
@@ -28,7 +27,5 @@ def agnostic_table(
         from avs.report.tables.representation_agreement import write_agnostic_table
 
         told = read_settings(settings, AgnosticJob)
-        files: dict[str, list[Path]] = {name: [] for name in told.representations}
-        for name, _, path in (each.partition("=") for each in episode or []):
-            files.setdefault(name, []).append(Path(path))
+        files = files_by_name(episode, told.representations)
         write_agnostic_table(files, told.methods, dataset, out, told.absent)

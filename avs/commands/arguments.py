@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -24,5 +25,17 @@ Weights = Annotated[Path | None, typer.Option(help="weights that the method need
 
 def weights_by_method(told: list[str] | None) -> dict[str, Path]:
     """Return the files of ``MethodWeights`` by the identifier of the method."""
+    return dict(_pairs(told))
+
+
+def files_by_name(told: list[str] | None, names: Iterable[str]) -> dict[str, list[Path]]:
+    """Return the files of an option ``NAME=FILE`` that can be given again and again, by name; ``names`` come first."""
+    files: dict[str, list[Path]] = {name: [] for name in names}
+    for name, path in _pairs(told):
+        files.setdefault(name, []).append(path)
+    return files
+
+
+def _pairs(told: list[str] | None) -> list[tuple[str, Path]]:
     pairs = (each.partition("=") for each in told or [])
-    return {method: Path(path) for method, _, path in pairs}
+    return [(name, Path(path)) for name, _, path in pairs]

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from avs.commands.arguments import Episodes, Log, SettingsFile, Stem
+from avs.commands.arguments import Episodes, Log, SettingsFile, Stem, files_by_name
 from avs.system.job_process import job
 from avs.system.records import read_settings
 
@@ -31,7 +30,5 @@ def sensitivity_table(
         from avs.report.tables.setting_sensitivity import write_sensitivity_table
 
         told = read_settings(settings, SensitivityJob)
-        files: dict[str, list[Path]] = {variant: [] for variant in told.variants}
-        for variant, _, path in (each.partition("=") for each in varied or []):
-            files.setdefault(variant, []).append(Path(path))
+        files = files_by_name(varied, told.variants)
         write_sensitivity_table(episodes, files, told.methods, dataset, out, told.absent)

@@ -6,15 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
-import torch
-from pydantic import ValidationError
 from torch import Tensor
 
 from avs.representations.gaussians.gaussian_settings import GaussianSettings
+from avs.representations.state_files import read_state, write_state
 from avs.scene.similarity import Similarity
-from avs.system.errors import UserError
-from avs.system.models import StrictModel, first_fault
-from avs.system.tensor_files import read_tensors, write_tensors
+from avs.system.models import StrictModel
 
 _HEADER = "state"
 
@@ -35,8 +32,7 @@ class CheckpointState(StrictModel):
 
 def write_checkpoint(path: Path, tensors: Mapping[str, Tensor], state: CheckpointState) -> None:
     """Write ``tensors`` and ``state`` to ``path`` atomically."""
-    arrays = {name: tensor.detach().cpu().numpy() for name, tensor in tensors.items()}
-    write_tensors(path, arrays, _HEADER, state.model_dump(mode="json"))
+    write_state(path, tensors, _HEADER, state)
 
 
 def read_checkpoint(path: Path) -> tuple[dict[str, Tensor], CheckpointState]:
@@ -46,9 +42,4 @@ def read_checkpoint(path: Path) -> tuple[dict[str, Tensor], CheckpointState]:
         UserError: the file is missing, damaged, or not a checkpoint of Gaussians.
     """
     remedy = "give the path of a checkpoint of Gaussians, or fit again"
-    arrays, header = read_tensors(path, _HEADER, remedy)
-    try:
-        state = CheckpointState.model_validate(header)
-    except ValidationError as error:
-        raise UserError(path, f"is not a checkpoint of Gaussians ({first_fault(error)[1]})", remedy) from error
-    return {name: torch.from_numpy(array) for name, array in arrays.items()}, state
+    return read_state(path, _HEADER, CheckpointState, "is not a checkpoint of Gaussians", remedy)

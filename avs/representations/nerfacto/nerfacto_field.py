@@ -24,7 +24,7 @@ from avs.representations.ray_fields.camera_rays import Rays
 from avs.representations.ray_fields.field_adam import FieldAdam
 from avs.representations.ray_fields.photograph_pixels import Batch
 from avs.representations.ray_fields.radiance_field import RadianceField
-from avs.representations.ray_fields.unbounded_space import contracted, distance_at, spacing_of
+from avs.representations.ray_fields.unbounded_space import BALL, contracted, distance_at, spacing_of
 from avs.representations.torch_devices import torch_device
 from avs.scene.cameras import IndexArray
 from avs.scene.scene import Scene
@@ -32,9 +32,6 @@ from avs.scene.similarity import Similarity
 
 BETAS, EPSILON = (0.9, 0.999), 1e-15
 """Of Adam, in nerfstudio."""
-
-BALL = 1.1
-"""The scene extent is this many times the distance of the farthest camera, which is the inner box's half side."""
 
 TURN = 1.0
 """Samples lie evenly as far as the inner box's half side, and beyond evenly in 1 / distance."""

@@ -6,14 +6,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
-import torch
-from pydantic import ValidationError
 from torch import Tensor
 
+from avs.representations.state_files import read_state, write_state
 from avs.scene.similarity import Similarity
-from avs.system.errors import UserError
-from avs.system.models import StrictModel, first_fault
-from avs.system.tensor_files import read_tensors, write_tensors
+from avs.system.models import StrictModel
 
 _HEADER = "radiance_field"
 
@@ -33,8 +30,7 @@ class FieldState(StrictModel):
 
 def write_field(path: Path, tensors: Mapping[str, Tensor], state: FieldState) -> None:
     """Write ``tensors`` and ``state`` to ``path`` atomically."""
-    arrays = {name: tensor.detach().cpu().numpy() for name, tensor in tensors.items()}
-    write_tensors(path, arrays, _HEADER, state.model_dump(mode="json"))
+    write_state(path, tensors, _HEADER, state)
 
 
 def read_field(path: Path) -> tuple[dict[str, Tensor], FieldState]:
@@ -44,9 +40,4 @@ def read_field(path: Path) -> tuple[dict[str, Tensor], FieldState]:
         UserError: the file is missing, damaged, or no checkpoint of a radiance field.
     """
     remedy = "give the path of a checkpoint of this kind of representation, or fit again"
-    arrays, header = read_tensors(path, _HEADER, remedy)
-    try:
-        state = FieldState.model_validate(header)
-    except ValidationError as error:
-        raise UserError(path, f"is no checkpoint of a radiance field ({first_fault(error)[1]})", remedy) from error
-    return {name: torch.from_numpy(array) for name, array in arrays.items()}, state
+    return read_state(path, _HEADER, FieldState, "is no checkpoint of a radiance field", remedy)

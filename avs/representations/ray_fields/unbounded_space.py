@@ -10,6 +10,9 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
+BALL = 1.1
+"""The scene extent is this many times the distance of the farthest camera, which is the inner box's half side."""
+
 
 def contracted(points: Tensor) -> Tensor:
     """Return points ``[..., 3]``, in units of the inner cube's half side, contracted into -2..2."""

@@ -15,6 +15,7 @@ from avs.representations.ray_fields.camera_rays import Rays
 from avs.representations.ray_fields.field_adam import FieldAdam
 from avs.representations.ray_fields.photograph_pixels import Batch
 from avs.representations.ray_fields.radiance_field import RadianceField
+from avs.representations.ray_fields.unbounded_space import BALL
 from avs.representations.tensorf import vector_matrix_kernels
 from avs.representations.tensorf.appearance_decoder import decoded, decoder_tensors
 from avs.representations.tensorf.tensorf_settings import TensorfSettings
@@ -29,9 +30,6 @@ BETAS, EPSILON = (0.9, 0.99), 1e-8
 
 INITIAL_SIZE = 0.1
 """Standard deviation of planes and lines at the start, in the public code."""
-
-BALL = 1.1
-"""The scene extent is this many times the distance of the farthest camera, which is the inner box's half side."""
 
 TURN = 2.0
 """Samples lie evenly as far as across the inner box, in units of its half side, and beyond evenly in 1 / distance."""
