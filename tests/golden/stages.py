@@ -29,13 +29,13 @@ def expected():
     return json.loads(GOLDEN.read_text())["digests"]
 
 
-def comparable(stage):
-    """Return whether a stage should end in the listed bits on this processor.
+def jobs_are_comparable():
+    """Return whether jobs should end in the listed bits on this processor.
 
     Open3D's rays choose their instructions by themselves: what scenes, and so all jobs, come to was listed on a
     processor with AVX-512, and is another on one without.
     """
-    return stage in LIBRARIES or json.loads(GOLDEN.read_text())["avx512"] == numerics.has_avx512()
+    return json.loads(GOLDEN.read_text())["avx512"] == numerics.has_avx512()
 
 
 def versions():
@@ -121,24 +121,13 @@ def jobs(folder):
     yield "exploration", words, [out]
 
 
-LIBRARIES = (
-    "numpy functions",
-    "numpy sums",
-    "scipy functions",
-    "opencv functions",
-    "torch functions",
-    "torch training",
-)
-"""The stages that need no scene."""
-
-
 def digests(folder, emulator=(), libraries_alone=False):
     """Yield each stage with a digest of what it computes.
 
     Args:
         folder: an empty folder to work in.
         emulator: the words that go before the interpreter, such as ``("qemu-x86_64", "-cpu", "Haswell")``.
-        libraries_alone: whether to stop after ``LIBRARIES``.
+        libraries_alone: whether to stop before the jobs.
 
     Raises:
         AssertionError: a job failed; its output is in the message.
