@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avs.slam.building.building_mesh import GREY, Building, FloatArray, joined
+from avs.slam.building.side_files import gltf_description
 from avs.system.compatibility import import_open3d
 from avs.system.errors import UserError
 
@@ -62,7 +63,9 @@ def check_gltf(path: Path) -> None:
         UserError: it cannot be understood, is cut, or has contents that Open3D would leave out in silence.
     """
     try:
-        described: dict[str, Any] = json.loads(_description(path))
+        if path.suffix.lower() == ".glb":
+            _check_whole(path)
+        described: dict[str, Any] = json.loads(gltf_description(path))
         used = [*described.get("extensionsUsed", []), *described.get("extensionsRequired", [])]
         if any(str(image.get("mimeType", "")) == "image/ktx2" for image in described.get("images", [])):
             used.append("KHR_texture_basisu")
@@ -73,22 +76,19 @@ def check_gltf(path: Path) -> None:
             raise UserError(path, fault, remedy)
 
 
-def _description(path: Path) -> bytes:
-    """Return what a glTF file says in JSON; of a binary one it is the first part.
+def _check_whole(path: Path) -> None:
+    """Look whether a binary glTF file is one, and all there.
 
     Raises:
         ValueError: it is of another kind, or ends before all that it announces.
     """
-    if path.suffix.lower() != ".glb":
-        return path.read_bytes()
     with path.open("rb") as stream:
-        head = stream.read(20)
-        if head[:4] != b"glTF":
-            raise ValueError("its first bytes are not glTF")
-        announced, length = struct.unpack("<2I", head[8:16])
-        if path.stat().st_size < announced:
-            raise ValueError(f"it has {path.stat().st_size} of {announced} bytes")
-        return stream.read(length)
+        head = stream.read(12)
+    if head[:4] != b"glTF":
+        raise ValueError("its first bytes are not glTF")
+    (announced,) = struct.unpack("<I", head[8:])
+    if path.stat().st_size < announced:
+        raise ValueError(f"it has {path.stat().st_size} of {announced} bytes")
 
 
 def _read_model(path: Path) -> Building:

@@ -41,7 +41,7 @@ def mesh_digest(path: Path) -> str:
 
 def _of_gltf(path: Path) -> Iterator[Path]:
     try:
-        described = json.loads(_description(path))
+        described = json.loads(gltf_description(path))
         entries = [*described.get("buffers", []), *described.get("images", [])]
         names = [entry["uri"] for entry in entries if "uri" in entry]
     except (ValueError, AttributeError, TypeError, KeyError, struct.error):
@@ -51,8 +51,12 @@ def _of_gltf(path: Path) -> Iterator[Path]:
             yield path.parent / unquote(name)
 
 
-def _description(path: Path) -> bytes:
-    """Return what a glTF file says in JSON; of a binary one it is the first chunk."""
+def gltf_description(path: Path) -> bytes:
+    """Return what a glTF file says in JSON; of a binary one it is the first chunk.
+
+    Raises:
+        struct.error: a binary one ends before it.
+    """
     if path.suffix.lower() != ".glb":
         return path.read_bytes()
     with path.open("rb") as stream:
