@@ -90,6 +90,12 @@ RASTER_GRADIENT_SATURATED = 1e-3
 # for Gaussians a hundred times as long as wide.
 FISHER_DIAGONAL = 1e-3
 
+# avs/datasets/embedded/geometry/ray_search.py: float32 positions of order one (6e-8), divided by a volume that is small
+# for small triangles and slanting rays; the distance of a border in shares of the triangle's side, that of a ray in its
+# own length.
+RAY_BORDER = 1e-4
+RAY_DISTANCE = 1e-4
+
 # avs/datasets/embedded: the mesh is stored in float32 and cast again by the same rays.
 EMBEDDED_DEPTH = 1e-6
 # Mean colour difference of one place in two views of 64 pixels, relative to that of random places: shading depends on

@@ -167,6 +167,26 @@ def any_of(typingctx: Part, mask: Part) -> Part:
     return types.boolean(mask), codegen
 
 
+@_intrinsic
+def bits_of(typingctx: Part, mask: Part) -> Part:
+    """Return the sixteen truth values as an integer, the first as its lowest bit."""
+
+    def codegen(context: Part, builder: Part, signature: Part, arguments: Part) -> Part:
+        return builder.zext(builder.bitcast(arguments[0], ir.IntType(LANES)), ir.IntType(32))
+
+    return types.uint32(mask), codegen
+
+
+@_intrinsic
+def lowest_bit(typingctx: Part, bits: Part) -> Part:
+    """Return the place of the lowest bit that is set; there must be one."""
+
+    def codegen(context: Part, builder: Part, signature: Part, arguments: Part) -> Part:
+        return builder.cttz(arguments[0], ir.Constant(ir.IntType(1), 1))
+
+    return types.uint32(types.uint32), codegen
+
+
 broadcast = _elementwise(1, VECTOR, lambda builder, a: a)
 
 _fma = _elementwise(3, VECTOR, lambda builder, a, b, c: call(builder, "llvm.fmuladd.v16f32", FLOATS, [a, b, c]))

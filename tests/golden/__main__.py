@@ -10,7 +10,6 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from avs.system.compatibility import prepare_environment
-from avs.system.numerics import has_avx512
 
 prepare_environment()
 
@@ -18,14 +17,18 @@ from tests.golden.stages import (  # noqa: E402 - imports numpy
     GOLDEN,
     digests,
     expected,
-    jobs_are_comparable,
+    kind_of_processor,
+    kinds_that_agree,
     reason_not_to_compare,
     versions,
 )
 
 
 def main():
-    """Print a line for each stage, and exit with 1 at the first that differs."""
+    """Print a line for each stage, and exit with 1 at the first that differs.
+
+    Where all are the listed ones, the list notes that this kind of processor agrees.
+    """
     parser = argparse.ArgumentParser(prog="python -m tests.golden", description=__doc__)
     parser.add_argument("--write", action="store_true", help="write golden.json instead, after a change of numbers")
     parser.add_argument(
@@ -33,24 +36,26 @@ def main():
         default="",
         help="a command that runs the interpreter as on another processor, such as 'qemu-x86_64 -cpu EPYC-Rome'",
     )
-    parser.add_argument("--jobs", action="store_true", help="compare jobs, too, where they need not be the same")
+    parser.add_argument("--libraries", action="store_true", help="what libraries compute alone, without jobs")
     told = parser.parse_args()
     reason = None if told.write else reason_not_to_compare()
     if reason:
         sys.exit(reason)
     known, found = {} if told.write else expected(), {}
     with tempfile.TemporaryDirectory() as folder:
-        jobs_too = told.jobs or told.write or (not told.emulator and jobs_are_comparable())
-        for stage, digest in digests(Path(folder), shlex.split(told.emulator), libraries_alone=not jobs_too):
+        for stage, digest in digests(Path(folder), shlex.split(told.emulator), told.libraries):
             fault = "" if told.write or known[stage] == digest else ": DIFFERENT"
             print(f"{stage}{fault}", flush=True)
             if fault:
                 sys.exit(1)
             found[stage] = digest
     if told.write:
-        GOLDEN.write_text(
-            json.dumps({"avx512": has_avx512(), "packages": versions(), "digests": found}, indent=1) + "\n"
-        )
+        agreed = [kind_of_processor()]
+    elif not told.emulator and not told.libraries:
+        agreed = sorted({*kinds_that_agree(), kind_of_processor()})
+    else:
+        return
+    GOLDEN.write_text(json.dumps({"agreed": agreed, "packages": versions(), "digests": found}, indent=1) + "\n")
 
 
 if __name__ == "__main__":

@@ -29,13 +29,16 @@ def expected():
     return json.loads(GOLDEN.read_text())["digests"]
 
 
-def jobs_are_comparable():
-    """Return whether jobs should end in the listed bits on this processor.
+def kind_of_processor():
+    """Return the maker's name and the widest of the instructions by which libraries choose their code."""
+    lines = Path("/proc/cpuinfo").read_text().splitlines()
+    maker = next(line.split(":")[1].strip() for line in lines if line.startswith("vendor_id"))
+    return f"{maker} {'AVX-512' if numerics.has_avx512() else 'AVX2'}"
 
-    Open3D's rays choose their instructions by themselves: what scenes, and so all jobs, come to was listed on a
-    processor with AVX-512, and is another on one without.
-    """
-    return json.loads(GOLDEN.read_text())["avx512"] == numerics.has_avx512()
+
+def kinds_that_agree():
+    """Return the kinds of processor on which all stages are known to end in the listed bits."""
+    return json.loads(GOLDEN.read_text())["agreed"]
 
 
 def versions():

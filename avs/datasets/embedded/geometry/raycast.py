@@ -1,20 +1,21 @@
-"""Rays against a triangle mesh, by Open3D's ray casting scene (Embree), on one thread."""
+"""Rays against a triangle mesh, on one thread."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from avs.datasets.embedded.geometry.mesh_model import Array
+from avs.datasets.embedded.geometry.ray_search import any_triangle, first_triangles
+from avs.datasets.embedded.geometry.ray_tree import build_tree
 from avs.system.compatibility import import_open3d
 
 # Rays per call. It bounds the memory of a call; larger batches are no faster.
 _BATCH = 1 << 18
-
-NOTHING = np.uint32(0xFFFFFFFF)
 
 
 @dataclass(frozen=True)
@@ -37,28 +38,21 @@ class Caster:
 
     def __init__(self, vertices: Array, triangles: npt.NDArray[np.int32]) -> None:
         """Build the search structure over ``vertices`` ``[v, 3]`` and ``triangles`` ``[t, 3]``."""
-        self._core = import_open3d().core
-        self._scene: Any = import_open3d().t.geometry.RaycastingScene(nthreads=1)
-        self._scene.add_triangles(self._core.Tensor(vertices), self._core.Tensor(triangles.astype(np.uint32)))
         self._corners = vertices, triangles
+        self._tree = build_tree(vertices, triangles)
 
     def nearest(self, origins: Array, directions: Array) -> Hits:
         """Return where rays from ``origins`` along ``directions`` ``[n, 3]`` first meet the mesh.
 
-        Of Embree's answer the triangle alone is used. Its distances and weights have other last bits on other
-        processors, because it begins with their approximate reciprocals.
+        The search is in float32; distances and weights come from the triangle that it finds, in float64.
         """
-        found = [self._met(batch, self._triangles(batch)) for batch in _batches(origins, directions)]
+        found = [self._met(batch, first_triangles(self._tree, batch)) for batch in _batches(origins, directions)]
         distance, triangle, weights = (np.concatenate(parts) for parts in zip(*found, strict=True))
         return Hits(distance, triangle, weights)
 
     def first_triangles(self, origins: Array, directions: Array) -> npt.NDArray[np.int64]:
         """Return ``Hits.triangle`` of such rays, which takes less time than all of it."""
-        return np.concatenate([self._triangles(batch) for batch in _batches(origins, directions)])
-
-    def _triangles(self, rays: Array) -> npt.NDArray[np.int64]:
-        index = self._scene.cast_rays(self._core.Tensor(rays), nthreads=1)["primitive_ids"].numpy()
-        return np.where(index == NOTHING, np.int64(-1), index.astype(np.int64))
+        return np.concatenate([first_triangles(self._tree, batch) for batch in _batches(origins, directions)])
 
     def _met(self, rays: Array, triangle: npt.NDArray[np.int64]) -> tuple[Array, npt.NDArray[np.int64], Array]:
         """Return distance, triangle and weights of rays ``[n, 6]`` with the planes of their triangles.
@@ -81,11 +75,7 @@ class Caster:
 
     def blocked(self, origins: Array, directions: Array, far: float = np.inf) -> npt.NDArray[np.bool_]:
         """Return whether anything lies on each ray before ``far`` lengths of its direction."""
-        parts = [
-            self._scene.test_occlusions(self._core.Tensor(batch), tnear=0.0, tfar=float(far), nthreads=1).numpy()
-            for batch in _batches(origins, directions)
-        ]
-        return np.concatenate(parts)
+        return np.concatenate([any_triangle(self._tree, batch, far) for batch in _batches(origins, directions)])
 
     def steepness(self, triangles: npt.NDArray[np.int64]) -> Array:
         """Return the cosine ``[n]`` of the slope of triangles: 1 level, 0 upright, without area, or triangle -1."""
@@ -98,8 +88,17 @@ class Caster:
 
     def clearance(self, points: Array) -> Array:
         """Return the distance of each point ``[n, 3]`` to the nearest surface."""
-        answer = self._scene.compute_distance(self._core.Tensor(np.asarray(points, np.float32)), nthreads=1)
+        scene, core = self._open3d
+        answer = scene.compute_distance(core.Tensor(np.asarray(points, np.float32)), nthreads=1)
         return np.asarray(answer.numpy())
+
+    @cached_property
+    def _open3d(self) -> tuple[Any, Any]:
+        """Open3D's scene of the same triangles, which finds nearest points, and its ``core``."""
+        core, (vertices, triangles) = import_open3d().core, self._corners
+        scene = import_open3d().t.geometry.RaycastingScene(nthreads=1)
+        scene.add_triangles(core.Tensor(vertices), core.Tensor(triangles.astype(np.uint32)))
+        return scene, core
 
 
 def _dot(first: npt.NDArray[np.float64], second: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
