@@ -27,16 +27,6 @@ if "scale" not in config:
     configfile: "workflows/config/ci.yaml"
 
 
-# Snakemake 9.27 limits the rate of jobs to 100 a second unless told otherwise. For that its scheduler wakes once in the time
-# span for every round that it has held, and asks each time for the size of every ready job's inputs: a run of 337 jobs came
-# to 20 % of a core, 47 % at its end, with a span of 5 s. No limit is needed where jobs take seconds; one that is given stays.
-limit = (
-    workflow.scheduling_settings and workflow.scheduling_settings.max_jobs_per_timespan
-)
-if limit and (limit.max_jobs, limit.timespan) == (100, 1):
-    workflow.scheduling_settings.max_jobs_per_timespan = None
-
-
 include: "workflows/rules/common.smk"
 include: "workflows/rules/data.smk"
 include: "workflows/rules/scorer.smk"

@@ -51,6 +51,17 @@ def test_a_run_gives_tables_and_figures(finished):
     assert {row.split(",")[0] for row in rows[1:]} == set(METHODS)
 
 
+@pytest.mark.parametrize("given", [(), ("--max-jobs-per-timespan", "7/1s")])
+def test_the_scheduler_counts_jobs_only_when_it_is_told_to(edited, given):
+    tables = edited / "results" / "tiny" / "tables"
+    for path in tables.glob("nvs_orbit*"):
+        path.unlink()
+    done = run(edited, "-j2", *given, "--verbose", "tables")
+    assert done.returncode == 0, done.stderr
+    limits = re.findall(r"Submitting maximum (\d+) job", done.stdout + done.stderr)
+    assert limits == (["7"] if given else [])
+
+
 def test_the_plan_of_a_run_finds_all_that_its_tables_are_made_from(finished, monkeypatch):
     from avs.config.run_plan import RunPlan
     from avs.config.unfinished_run import unfinished

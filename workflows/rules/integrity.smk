@@ -136,10 +136,23 @@ def has_other_sources(job):
     return told is None or told.differs(*told_of(job))
 
 
+def lift_rate_limit(scheduling):
+    """Take away Snakemake 9.27's limit of 100 jobs a second, unless another one is given.
+
+    For a limit its scheduler wakes once in the time span for every round that it has held, and asks each time for the
+    size of every ready job's inputs: after 120 jobs that was half a core. Where the Snakefile is read, there are no
+    settings of scheduling yet; no limit is needed where jobs take seconds.
+    """
+    limit = scheduling and scheduling.max_jobs_per_timespan
+    if limit and (limit.max_jobs, limit.timespan) == (100, 1):
+        scheduling.max_jobs_per_timespan = None
+
+
 def refusing(check, look):
     """Return ``DAG.check_incomplete`` which looks first, and refuses to run without: old results would pass for current ones."""
 
     async def check_incomplete(self):
+        lift_rate_limit(self.workflow.scheduling_settings)
         await look(self)
         runs = self.workflow.execution_settings is not None
         given = {
