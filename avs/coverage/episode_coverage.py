@@ -16,6 +16,7 @@ from avs.coverage.two_clouds import Distances, Side, held_against, numbers, shar
 from avs.nvs.record import Episode
 from avs.scene.scene import Scene, read_scene
 from avs.sfm.cloud_file import write_cloud
+from avs.system.devices import take_device
 from avs.system.errors import UserError
 from avs.system.records import read_record, write_record
 
@@ -59,6 +60,7 @@ def write_coverage(
     Raises:
         UserError: a file is missing, damaged, or of another version of the scene; or the back end cannot run here.
     """
+    take_device(settings.device)
     watch, scene = Stopwatch(settings.device), read_scene(scene_folder)
     recorded = read_record(episode, Episode)
     _check_episode(episode, recorded, scene)

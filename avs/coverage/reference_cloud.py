@@ -19,6 +19,7 @@ from avs.scene.cameras import FloatArray, IndexArray
 from avs.scene.scene import Scene, read_scene
 from avs.sfm.cloud import Cloud, empty_cloud
 from avs.sfm.cloud_file import read_cloud, write_cloud
+from avs.system.devices import take_device
 from avs.system.errors import UserError
 from avs.system.files import file_hash
 from avs.system.records import CHANGED, read_record, write_record
@@ -67,6 +68,7 @@ def write_reference(scene_folder: Path, settings: ReferenceJob, out: Path) -> No
     Raises:
         UserError: the scene is damaged or has too few views, or the back end cannot run here.
     """
+    take_device(settings.device)
     watch, scene = Stopwatch(settings.device), read_scene(scene_folder)
     rows = np.arange(len(scene.names)) if settings.reference_views == "all" else scene.pool
     start = time.perf_counter()

@@ -17,7 +17,7 @@ import numpy as np
 
 from avs.nvs.common_states_record import CommonState, CommonStates, ScoredMethod
 from avs.nvs.common_states_settings import CommonStatesJob, CommonStatesSettings, ScoredMethodSettings
-from avs.nvs.experiment import builder, check_device
+from avs.nvs.experiment import builder
 from avs.nvs.loop import Progress
 from avs.nvs.schedule import capped_budget, initial_captures, selections
 from avs.representations.capabilities import Copyable
@@ -30,6 +30,7 @@ from avs.selection.contract import Method, PreparesRepresentation, Resources, Se
 from avs.selection.session import Builder, Session
 from avs.selection.truth import gains, sample, true_metrics
 from avs.selection.untouched import untouched
+from avs.system.devices import take_device
 from avs.system.errors import UserError
 from avs.system.files import file_hash, temporary_folder
 from avs.system.provenance import clock
@@ -63,7 +64,7 @@ def write_common_states(
     Raises:
         UserError: the device is not there, or the scene is damaged or too small.
     """
-    check_device(settings.device)
+    take_device(settings.device)
     scene = read_scene(scene_folder)
     with temporary_folder("avs-states-") as folder:
         states = _States(scene, settings, seed, folder, progress)

@@ -21,6 +21,7 @@ from avs.scene.scene import Scene, read_scene
 from avs.selection import registry
 from avs.selection.contract import OWN_SCHEDULE, UNRANKED, Method, PreparesRepresentation, Resources, Settings
 from avs.selection.session import Builder
+from avs.system.devices import take_device
 from avs.system.errors import UserError
 from avs.system.files import file_hash
 from avs.system.records import read_record, write_record
@@ -53,7 +54,7 @@ def run_episode(
         UserError: see ``avs.nvs.loop.run``; or the device, the weights or the followed episode is not there or does not
             fit.
     """
-    check_device(settings.device)
+    take_device(settings.device)
     scene = read_scene(scene_folder)
     method = registry.find(settings.method).method if views is None else _program(settings.protocol, scene, views)
     if settings.own_schedule and method.group not in UNRANKED:  # the schedule by itself changes the result
@@ -102,7 +103,7 @@ def replay_episode(
     Raises:
         UserError: the record is damaged, belongs to another scene, or selects a view that is not a candidate.
     """
-    check_device(device)
+    take_device(device)
     recorded = read_record(episode, Episode, "name the episode.json of a run, or a copy with other views", edited=True)
     scene = read_scene(scene_folder)
     if scene.content_hash != recorded.scene_hash:
@@ -147,18 +148,6 @@ def _program(protocol: ProtocolSettings, scene: Scene, views: Path) -> Method:
 def _listed(label: str, group: str, source: Path, selector: ListedViews) -> Method:
     """Return the metadata of a method that follows a list; it gives no scores, so that its direction says nothing."""
     return Method(label, group, f"The views that {source.name} lists.", "lowest", lambda settings, resources: selector)
-
-
-def check_device(device: str) -> None:
-    """Refuse ``cuda`` where there is no GPU that torch can use.
-
-    Raises:
-        UserError: there is none.
-    """
-    import torch
-
-    if device == "cuda" and not torch.cuda.is_available():
-        raise UserError("device cuda", "torch finds no GPU here", "set device: cpu, or run where there is one")
 
 
 def builder(scene: Scene, settings: RepresentationSettings, seed: int, device: str) -> Builder:

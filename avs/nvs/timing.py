@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from avs.nvs.experiment import builder, check_device
+from avs.nvs.experiment import builder
 from avs.nvs.loop import Progress
 from avs.nvs.schedule import capped_budget, initial_captures
 from avs.nvs.timing_record import Runtime, SelectionTimes
@@ -20,6 +20,7 @@ from avs.selection import registry
 from avs.selection.contract import Method, PreparesRepresentation, Resources, Selector, State
 from avs.selection.session import Session, timed_selection
 from avs.system import provenance
+from avs.system.devices import take_device
 from avs.system.machine_load import LoadMeter
 from avs.system.records import write_record
 from avs.system.seeds import seed_of
@@ -34,7 +35,7 @@ def write_state(scene_folder: Path, settings: StateSettings, out: Path) -> None:
     Raises:
         UserError: the device is not there, or the scene is damaged or too small.
     """
-    check_device(settings.device)
+    take_device(settings.device)
     _fitted(read_scene(scene_folder), settings, None).representation.save(out)
 
 
@@ -57,7 +58,7 @@ def time_method(
         UserError: the device, the weights or the checkpoint is not there or does not fit.
     """
     started = provenance.now()
-    check_device(settings.device)
+    take_device(settings.device)
     method = registry.find(settings.method).method
     checked = registry.create_settings(settings.method, settings.selector)
     scene = read_scene(scene_folder)

@@ -17,6 +17,7 @@ from avs.scene.photographs import Photographs
 from avs.scene.sampling import initial_views
 from avs.scene.scene import Scene, read_scene
 from avs.selection.session import Session
+from avs.system.devices import take_device
 from avs.system.errors import UserError
 from metrics.image import ssim_map
 
@@ -35,6 +36,7 @@ def make_renders(scene_folder: Path, out: Path, job: RenderJob, seed: int, progr
     Raises:
         UserError: the scene is damaged or has too few views.
     """
+    take_device(job.device)
     scene = read_scene(scene_folder)
 
     def builder(captured: IndexArray, run_seed: int) -> Representation:

@@ -23,6 +23,7 @@ from avs.iqa.cross_reference.scorer_settings import ScorerSettings, TrainingSett
 from avs.iqa.cross_reference.training_batches import Batch, Sampler
 from avs.iqa.cross_reference.training_facts import facts_of_card
 from avs.scene.images import pixel_hash
+from avs.system.devices import take_device
 from avs.system.errors import UserError
 from avs.system.files import write_json
 
@@ -66,6 +67,7 @@ def train(
         UserError: a file is damaged, a held-out scene is also a training scene, or pretrained weights are demanded and
         absent.
     """
+    take_device(device)
     scenes = [read_distortions(path) for path in training]
     others = [read_distortions(path) for path in held_out]
     known = {pixel_hash(photograph) for scene in scenes for photograph in scene.photographs}

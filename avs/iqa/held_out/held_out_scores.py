@@ -23,6 +23,7 @@ from avs.iqa.render_statistics.regression_settings import RegressionSettings
 from avs.representations.base import FloatImages
 from avs.selection import registry
 from avs.selection.contract import Resources
+from avs.system.devices import take_device
 from avs.system.errors import UserError
 from avs.system.files import file_hash
 from avs.system.records import write_record
@@ -68,6 +69,7 @@ def write_held_out_scores(
     Raises:
         UserError: distortion data or weights are missing or damaged.
     """
+    take_device(settings.device)
     data, another = read_distortions(path), read_distortions(other)
     scored = []
     for each in _predictors(data, another, settings, weights):

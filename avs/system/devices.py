@@ -1,0 +1,63 @@
+"""Which device a process computes on, and how the processes of one machine share its GPUs."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import tempfile
+import time
+from contextlib import suppress
+from pathlib import Path
+
+from avs.system.errors import UserError
+
+VARIABLE = "AVS_DEVICES"
+"""Environment variable with the GPUs to be shared, such as ``0,1,2,3``: numbers or identifiers as of nvidia-smi -L."""
+
+_VISIBLE = "CUDA_VISIBLE_DEVICES"
+_LOOK_EVERY = 0.5
+# The lock of the device that this process has: it is given back when the process ends, however it ends.
+_taken: list[int] = []
+
+
+def take_device(device: str) -> None:
+    """Make sure that ``device``, ``cpu`` or ``cuda``, can be used; of several shared GPUs, take one for this process.
+
+    Where ``AVS_DEVICES`` lists GPUs, the first that no other process has taken becomes the only one that this process
+    sees; while all are taken, it waits. Must be called before anything is computed on a GPU.
+
+    Raises:
+        UserError: torch finds no GPU, or the variable does not list devices.
+    """
+    if device != "cuda":
+        return
+    listed = os.environ.get(VARIABLE)
+    if listed is not None and not _taken:
+        os.environ[_VISIBLE] = _free_one(_names(listed))
+    import torch
+
+    if not torch.cuda.is_available():
+        raise UserError("device cuda", "torch finds no GPU here", "set device: cpu, or run where there is one")
+
+
+def _names(listed: str) -> list[str]:
+    names = [name.strip() for name in listed.split(",")]
+    plain = all(name and name.replace("-", "").isalnum() for name in names)
+    if not plain or len(set(names)) < len(names):
+        raise UserError(VARIABLE, f"{listed!r} is no list of different devices", "set it to numbers such as 0,1,2,3")
+    return names
+
+
+def _free_one(names: list[str]) -> str:
+    """Lock the first of ``names`` that is free, as soon as one is, and return it."""
+    folder = Path(tempfile.gettempdir()) / f"avs-devices-{os.getuid()}"
+    folder.mkdir(mode=0o700, exist_ok=True)
+    while True:
+        for name in names:
+            lock = os.open(folder / name, os.O_RDWR | os.O_CREAT, 0o600)
+            with suppress(BlockingIOError):
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                _taken.append(lock)
+                return name
+            os.close(lock)
+        time.sleep(_LOOK_EVERY)
