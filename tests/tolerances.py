@@ -29,6 +29,9 @@ FUSED_CONVOLUTIONS = 1e-4
 # avs/iqa/cross_reference/network.py: float32 against float64, or float32 summed in another order, through two decoder
 # layers whose tokens are of order one; the network's output lies in 0..1.
 FLOAT32_NETWORK = 1e-4
+# avs/iqa/cross_reference/training_processes.py: gradients summed over processes in another order (6e-8), through twelve
+# steps of AdamW, whose first steps divide a gradient by itself; relative to errors that the card has with six decimals.
+SHARED_TRAINING = 1e-4
 # avs/iqa/cross_reference/trained_scorer.py: weights and tokens rounded to 8 bits (4e-3), averaged over a map.
 BFLOAT16_SCORE = 2e-3
 # avs/iqa/cross_reference/backbones.py: float32 in another order through twelve transformer blocks; the tokens leave a

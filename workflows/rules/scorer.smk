@@ -34,6 +34,14 @@ def training_backbone(wildcards):
     return str(initial_weights(scorer_of(settings, wildcards.scorer)) or "") or []
 
 
+def training_processes(wildcards):
+    return scorer_of(settings, wildcards.scorer).training.processes
+
+
+def training_gpus(wildcards):
+    return training_processes(wildcards) if settings.device == "cuda" else 0
+
+
 def training_options(wildcards, input):
     return repeated("--training", input.training)
 
@@ -93,8 +101,9 @@ rule scorer_train:
     log:
         f"{LOGS}/scorer/{{scorer}}/training.log",
     priority: 2
+    threads: training_processes
     resources:
-        gpu=int(settings.device == "cuda"),
+        gpu=training_gpus,
     params:
         made_of=made_of,
         training=training_options,

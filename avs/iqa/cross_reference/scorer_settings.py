@@ -181,6 +181,15 @@ class TrainingSettings(StrictModel):
         "moment, as the candidates of a choice are; 0 leaves it out, as CrossScore does",
     )
     evaluations: PositiveInt = Field(default=5, description="number of times the held-out error is measured")
+    precision: Literal["float32", "bfloat16"] = Field(
+        default="float32",
+        description="bfloat16 computes the network's products in it (torch.autocast); weights and errors stay float32",
+    )
+    processes: PositiveInt = Field(
+        default=1,
+        description="processes that share the sets of each step, on CUDA with a GPU each; the errors are the same to "
+        "rounding. The backbone must be frozen",
+    )
 
     @model_validator(mode="after")
     def _sets_divide(self) -> Self:

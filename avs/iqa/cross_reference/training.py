@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import torch
 from torch import Tensor
-from torch.nn import functional
 from torch.optim.swa_utils import update_bn
 
 from avs.iqa.cross_reference.backbone_weights import find_weights, initial_weights
@@ -22,25 +21,24 @@ from avs.iqa.cross_reference.scorer_checkpoint import save_network
 from avs.iqa.cross_reference.scorer_settings import ScorerSettings, TrainingSettings
 from avs.iqa.cross_reference.training_batches import Batch, Sampler
 from avs.iqa.cross_reference.training_facts import facts_of_card
+from avs.iqa.cross_reference.training_loss import map_loss, predicted_maps
+from avs.iqa.cross_reference.training_processes import Group, group_of
+from avs.iqa.cross_reference.training_run import SECONDS_BETWEEN, LossPoint, TrainingRun
+from avs.iqa.cross_reference.training_state import load_training, save_training
 from avs.scene.images import pixel_hash
+from avs.system.code_inputs import sources, stamp
 from avs.system.devices import take_device
 from avs.system.errors import UserError
-from avs.system.files import write_json
+from avs.system.files import canonical_json, write_json
 
 Progress = Callable[[str], None]
 """Takes one line about the course of the training."""
 
+CHECKPOINT = "training.safetensors"
+"""Beside the model card while a training is not finished."""
+
 _HELD_OUT_BATCHES = 4
 _CALIBRATION_BATCHES = 8
-
-
-@dataclass(frozen=True)
-class LossPoint:
-    """Mean absolute error of the predicted SSIM maps at one step."""
-
-    step: int
-    training: float
-    held_out: float
 
 
 def train(
@@ -52,34 +50,66 @@ def train(
     progress: Progress,
     device: str = "cpu",
 ) -> None:
-    """Train a scorer and write its checkpoint and its model card.
+    """Train a scorer and write its weights and its model card; one that was killed goes on from its last checkpoint.
 
     Args:
         training: distortion data of the scenes that train it.
         held_out: distortion data of other scenes, which only measure it.
-        weights: checkpoint to write.
+        weights: file to write.
         card: model card (JSON) to write.
         settings: architecture, optimisation and seed.
-        progress: receives one line at each evaluation.
+        progress: receives one line at each evaluation, and one a minute.
         device: ``cpu`` or ``cuda``.
 
     Raises:
-        UserError: a file is damaged, a held-out scene is also a training scene, or pretrained weights are demanded and
-        absent.
+        UserError: see ``fit``; or a file is damaged, a held-out scene is also a training scene, or pretrained weights
+            are demanded and absent.
     """
     take_device(device)
-    scenes = [read_distortions(path) for path in training]
-    others = [read_distortions(path) for path in held_out]
-    known = {pixel_hash(photograph) for scene in scenes for photograph in scene.photographs}
-    shared = [scene.scene for scene in others if not known.isdisjoint(map(pixel_hash, scene.photographs))]
-    if shared:
-        name = shared[0]
-        raise UserError(f"scene {name}", "is both for training and held out", "choose other scenes")
-    source = backbone_source(settings)
-    network, curve = fit(scenes, others, settings, source, progress, device)
+    source, checkpoint = backbone_source(settings), card.with_name(CHECKPOINT)
+    files = [*training, *held_out, *([] if source is None else [source]), *map(Path, sources(__name__))]
+    told = _Told(training, held_out, settings, source, device, checkpoint, _digest(settings, device, files))
+    scenes, others = told.data()
+    sets = settings.training.batch // settings.training.queries_per_set
+    with group_of(settings.training.processes, sets, device, _help, told) as group:
+        network, curve = fit(scenes, others, told, progress, group)
     content = model_card(network, settings, source, scenes, others, curve, device)
     save_network(weights, network, facts_of_card(content, is_frozen(settings.training, source)))
     write_json(card, content)
+    checkpoint.unlink(missing_ok=True)
+
+
+@dataclass(frozen=True)
+class _Told:
+    """What every process of a training is told."""
+
+    training: list[Path]
+    held_out: list[Path]
+    settings: ScorerSettings
+    source: Path | None
+    device: str
+    checkpoint: Path
+    made_of: str
+
+    def data(self) -> tuple[list[Distortions], list[Distortions]]:
+        """Read the training scenes and the held-out ones."""
+        scenes = [read_distortions(path) for path in self.training]
+        others = [read_distortions(path) for path in self.held_out]
+        known = {pixel_hash(photograph) for scene in scenes for photograph in scene.photographs}
+        shared = [scene.scene for scene in others if not known.isdisjoint(map(pixel_hash, scene.photographs))]
+        if shared:
+            raise UserError(f"scene {shared[0]}", "is both for training and held out", "choose other scenes")
+        return scenes, others
+
+
+def _help(group: Group, told: _Told) -> None:
+    """Do the part of another process of the training."""
+    fit(*told.data(), told, lambda _: None, group)
+
+
+def _digest(settings: ScorerSettings, device: str, files: Iterable[Path]) -> str:
+    """Return a digest of all that the course of a training depends on."""
+    return f"{stamp(map(str, files))} {device} {canonical_json(settings.model_dump(mode='json'))}"
 
 
 def backbone_source(settings: ScorerSettings) -> Path | None:
@@ -98,12 +128,7 @@ def backbone_source(settings: ScorerSettings) -> Path | None:
 
 
 def fit(
-    scenes: list[Distortions],
-    held_out: list[Distortions],
-    settings: ScorerSettings,
-    source: Path | None,
-    progress: Progress,
-    device: str = "cpu",
+    scenes: list[Distortions], held_out: list[Distortions], told: _Told, progress: Progress, group: Group
 ) -> tuple[CrossReferenceNetwork, list[LossPoint]]:
     """Train a network on ``scenes``; the same data, settings and number of threads give the same bits on a CPU.
 
@@ -114,105 +139,63 @@ def fit(
     Args:
         scenes: distortion data to train on.
         held_out: distortion data that only measure the error on the way.
-        settings: architecture, optimisation and seed.
-        source: pretrained weights of the backbone, or None for random ones.
-        progress: receives one line at each evaluation.
-        device: ``cpu`` or ``cuda``.
+        told: settings, pretrained weights, device and the checkpoint to go on from.
+        progress: receives one line at each evaluation, and one a minute.
+        group: this process among those that train.
 
     Returns:
         The network in evaluation mode, and the course of the error.
+
+    Raises:
+        UserError: the error is not finite; or several processes share a backbone that is trained.
     """
-    training = settings.training
-    network = _initial(settings, source).to(device)
-    frozen = is_frozen(training, source)
-    if frozen:
-        network.backbone.requires_grad_(False).eval()
-        if source is None:
-            _calibrate(network, scenes, training, device)
-    if settings.network.standardized:
-        _standardize(network, scenes, training, device)
-    features = _encoder(network, device) if frozen else None
+    training = told.settings.training
+    network = _initial(told.settings, told.source).to(told.device)
+    frozen = is_frozen(training, told.source)
+    if group.count > 1 and not frozen:
+        fault = "share a backbone that is trained, whose batch norms would see a part of each batch"
+        raise UserError("training.processes", fault, "set backbone_frozen: true, or processes: 1")
+    features = _prepared_backbone(network, scenes, told) if frozen else None
+    if not frozen and told.settings.network.standardized:
+        _standardize(network, scenes, training, told.device)
     cached = features if training.cache_features else None
-    sampler = Sampler(scenes, training, np.random.default_rng([settings.seed, 0]), cached)
-    examination = Sampler(held_out, training, np.random.default_rng([settings.seed, 1]))
+    sampler = Sampler(scenes, training, np.random.default_rng([told.settings.seed, 0]), cached)
+    examination = Sampler(held_out, training, np.random.default_rng([told.settings.seed, 1]))
     drawn = (examination.batch() for _ in range(_HELD_OUT_BATCHES))
     # a frozen backbone sees the same crops at each evaluation
-    batches = [(batch if features is None else _encoded(batch, features)).to(device) for batch in drawn]
-    curve: list[LossPoint] = []
-    for step, error in _optimise(network, sampler, training, frozen, device):
-        curve.append(LossPoint(step, error, _examine(network, batches)))
-        progress(f"step {step} of {training.steps}: error {error:.4f}, held out {curve[-1].held_out:.4f}")
-    return network.eval(), curve
+    batches = [(batch if features is None else _encoded(batch, features)).to(told.device) for batch in drawn]
+    run = TrainingRun(network, sampler, training, frozen, told.device, group)
+    _run(run, batches, told, progress)
+    return network.eval(), run.curve
 
 
-def _optimise(
-    network: CrossReferenceNetwork, sampler: Sampler, training: TrainingSettings, frozen: bool, device: str
-) -> Iterator[tuple[int, float]]:
-    """Optimise ``network``; yield the step and the mean loss since the last time, when it is to be examined."""
-    optimizer = torch.optim.AdamW(
-        (parameter for parameter in network.parameters() if parameter.requires_grad), lr=training.learning_rate
-    )
-    schedule = torch.optim.lr_scheduler.LambdaLR(optimizer, lambda step: _rate(step, training))
-    marks = {round(training.steps * (i + 1) / training.evaluations) for i in range(training.evaluations)}
-    recent: list[float] = []
-    for step in range(1, training.steps + 1):
-        network.train()
-        network.backbone.train(not frozen)
-        batch = sampler.batch().to(device)
-        predicted = predicted_maps(network, batch)
-        error = functional.l1_loss(predicted, batch.maps)
-        optimizer.zero_grad()
-        total = error + training.centered * centered_loss(predicted, batch.maps) if training.centered else error
-        total.backward()  # type: ignore[no-untyped-call]
-        optimizer.step()
-        schedule.step()
-        recent.append(float(error.detach()))
-        if not math.isfinite(recent[-1]):
-            raise UserError(f"scorer at step {step}", "its error is not finite", "lower training.learning_rate")
-        if step in marks:
-            yield step, float(np.mean(recent))
-            recent.clear()
-
-
-def predicted_maps(network: CrossReferenceNetwork, batch: Batch) -> Tensor:
-    """Return the predicted SSIM maps of a batch's queries, ``[s, q, crop, crop]``.
-
-    The batch holds pixels, or features of the network's backbone.
-    """
-    sets, per_set = batch.queries.shape[:2]
-    images = torch.cat([batch.queries.flatten(0, 1), batch.references.flatten(0, 1)])
-    tokens = network.tokens(images) if batch.encoded else network.encode(images)
-    queries, references = tokens[: sets * per_set], tokens[sets * per_set :]
-    memory = network.memory(references.reshape(sets, -1, references.shape[-1]))
-    absent = None
-    if not bool(batch.present.all()):
-        absent = (~batch.present).repeat_interleave(memory.shape[1] // batch.present.shape[1], dim=1)
-    return network.predict(queries, memory, absent).view_as(batch.maps)
-
-
-def loss(network: CrossReferenceNetwork, batch: Batch) -> Tensor:
-    """Return the mean absolute error of the predicted SSIM maps, CrossScore's training loss."""
-    return functional.l1_loss(predicted_maps(network, batch), batch.maps)
-
-
-def centered_loss(predicted: Tensor, true: Tensor) -> Tensor:
-    """Return the mean absolute error of scores less the mean of their set.
-
-    The queries of a set are renderings of one moment. What it adds to the loss of maps is the order among them, which a
-    choice depends on; nine tenths of the variance of scores lie between moments.
-
-    Args:
-        predicted: maps ``[s, q, crop, crop]``.
-        true: likewise.
-    """
-    scores, truth = predicted.mean(dim=(2, 3)), true.mean(dim=(2, 3))
-    return functional.l1_loss(scores - scores.mean(dim=1, keepdim=True), truth - truth.mean(dim=1, keepdim=True))
+def _run(run: TrainingRun, batches: list[Batch], told: _Told, progress: Progress) -> None:
+    """Go on from the checkpoint, or begin, and train to the end."""
+    steps, marks = run.settings.steps, run.settings.evaluations
+    examined = {round(steps * (i + 1) / marks) for i in range(marks)}
+    known = load_training(told.checkpoint, run, told.made_of)
+    if known is not None:
+        progress(known)
+    run.begin_clocks()
+    told_last = time.monotonic()
+    while run.step < steps:
+        run.advance()
+        if run.step in examined:
+            error = float(np.mean(run.recent))
+            run.recent.clear()
+            run.curve.append(LossPoint(run.step, error, _examine(run.network, batches)))
+            held_out = run.curve[-1].held_out
+            progress(f"step {run.step} of {steps}: error {error:.4f}, held out {held_out:.4f}; {run.pace()}")
+        if time.monotonic() - told_last >= SECONDS_BETWEEN and run.step < steps and run.group.rank == 0:
+            save_training(told.checkpoint, run, told.made_of)
+            progress(f"step {run.step} of {steps}: {run.pace()}")
+            told_last = time.monotonic()
 
 
 @torch.inference_mode()
 def _examine(network: CrossReferenceNetwork, batches: list[Batch]) -> float:
     network.eval()
-    return float(np.mean([float(loss(network, batch)) for batch in batches]))
+    return float(np.mean([float(map_loss(predicted_maps(network, batch), batch.maps)) for batch in batches]))
 
 
 def _initial(settings: ScorerSettings, source: Path | None) -> CrossReferenceNetwork:
@@ -226,6 +209,18 @@ def _initial(settings: ScorerSettings, source: Path | None) -> CrossReferenceNet
 def is_frozen(training: TrainingSettings, source: Path | None) -> bool:
     """Whether the backbone is left as it is: by the settings, else if and only if it is pretrained."""
     return source is not None if training.backbone_frozen is None else training.backbone_frozen
+
+
+def _prepared_backbone(
+    network: CrossReferenceNetwork, scenes: list[Distortions], told: _Told
+) -> Callable[[Tensor], Tensor]:
+    """Freeze the backbone, give it the statistics that it needs, and return what computes its features for good."""
+    network.backbone.requires_grad_(False).eval()
+    if told.source is None:
+        _calibrate(network, scenes, told.settings.training, told.device)
+    if told.settings.network.standardized:
+        _standardize(network, scenes, told.settings.training, told.device)
+    return _encoder(network, told.device)
 
 
 def _calibrate(
@@ -275,12 +270,3 @@ def _encoded(batch: Batch, features: Callable[[Tensor], Tensor]) -> Batch:
         return found.reshape(*images.shape[:2], *found.shape[1:])
 
     return replace(batch, queries=encode(batch.queries), references=encode(batch.references))
-
-
-def _rate(step: int, training: TrainingSettings) -> float:
-    """Return the factor of the learning rate after ``step`` steps."""
-    if step < training.warmup:
-        return (step + 1) / training.warmup
-    if training.schedule == "constant":
-        return 1.0
-    return 0.5 * (1.0 + math.cos(math.pi * (step - training.warmup) / max(1, training.steps - training.warmup)))

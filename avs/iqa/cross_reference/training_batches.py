@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -74,6 +75,15 @@ class Sampler:
         self._scenes = [_Prepared(scene, settings, features) for scene in scenes]
         black = np.zeros((settings.crop, settings.crop, 3), dtype=np.uint8)
         self._black = _prepared([black], ResizeSettings(pixels=settings.crop), features)[0]
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """Where the draws are, as JSON can hold it."""
+        return dict(self._rng.bit_generator.state)
+
+    @state.setter
+    def state(self, state: dict[str, Any]) -> None:
+        self._rng.bit_generator.state = state
 
     def batch(self) -> Batch:
         """Draw the next batch: for each set a scene, a moment, references, and renderings of other views."""

@@ -1,20 +1,24 @@
 import json
+import os
 
 import numpy as np
 import pytest
 import safetensors.torch
 import torch
 
+from avs.iqa.cross_reference import training as training_module
 from avs.iqa.cross_reference.backbones import RepViT
 from avs.iqa.cross_reference.distortions import write_distortions
 from avs.iqa.cross_reference.network import build_network
 from avs.iqa.cross_reference.scorer_checkpoint import load_network, read_training
 from avs.iqa.cross_reference.scorer_settings import DINOv2Settings, RepViTSettings, ScorerSettings, TrainingSettings
-from avs.iqa.cross_reference.training import centered_loss, train
+from avs.iqa.cross_reference.training import CHECKPOINT, train
+from avs.iqa.cross_reference.training_loss import centered_loss
 from avs.iqa.resizing import ResizeSettings
 from avs.system.compatibility import prepare_torchvision
 from avs.system.errors import UserError
 from avs.system.weights.cache import VARIABLE
+from tests import tolerances
 
 SETTINGS = ScorerSettings(
     training=TrainingSettings(
@@ -167,3 +171,100 @@ def test_absent_pretrained_weights_are_an_error_only_if_demanded(paths, tmp_path
     monkeypatch.setattr("avs.iqa.cross_reference.training.find_weights", lambda *_: None)
     with pytest.raises(UserError, match="no local file"):
         _train(paths, tmp_path / "pretrained", _settings(backbone_weights="pretrained"))
+
+
+class Stopped(Exception):
+    pass
+
+
+def _stopped_at(paths, folder, step, settings):
+    """Train until ``step``, where the process ends; a checkpoint is written at each."""
+    folder.mkdir()
+
+    def stop(line):
+        if line.startswith(f"step {step} of") and "error" not in line:
+            raise Stopped
+
+    with pytest.raises(Stopped):
+        train(paths[:1], paths[1:], folder / "weights.safetensors", folder / "card.json", settings, stop)
+
+
+def _gone_on(paths, folder, settings):
+    lines = []
+    train(paths[:1], paths[1:], folder / "weights.safetensors", folder / "card.json", settings, lines.append)
+    return lines
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"centered": 1.0, "schedule": "cosine", "warmup": 3},
+        {"backbone_frozen": None, "cache_features": False, "steps": 7},
+    ],
+)
+def test_a_training_that_was_killed_goes_on_to_the_same_bits(paths, tmp_path, monkeypatch, changes):
+    settings = _settings(**changes)
+    whole = _train(paths, tmp_path / "whole", settings)
+    monkeypatch.setattr(training_module, "SECONDS_BETWEEN", 0.0)
+    killed = tmp_path / "killed"
+    _stopped_at(paths, killed, 6, settings)
+    assert not (killed / "weights.safetensors").exists()
+    lines = _gone_on(paths, killed, settings)
+    assert lines[0] == f"goes on from step 6 of {killed / CHECKPOINT}"
+    assert (killed / "weights.safetensors").read_bytes() == whole[0].read_bytes()
+    assert (killed / "card.json").read_bytes() == whole[1].read_bytes()
+    assert sorted(path.name for path in killed.iterdir()) == ["card.json", "weights.safetensors"]
+
+
+def test_a_checkpoint_of_something_else_is_left_in_one_line(paths, tmp_path, monkeypatch):
+    whole = _train(paths, tmp_path / "whole")[0].read_bytes()
+    monkeypatch.setattr(training_module, "SECONDS_BETWEEN", 0.0)
+    killed = tmp_path / "killed"
+    _stopped_at(paths, killed, 6, _settings(learning_rate=1e-3))
+    assert "is of other data, settings or code" in _gone_on(paths, killed, SETTINGS)[0]
+    assert (killed / "weights.safetensors").read_bytes() == whole
+    damaged = tmp_path / "damaged"
+    _stopped_at(paths, damaged, 6, SETTINGS)
+    content = bytearray((damaged / CHECKPOINT).read_bytes())
+    content[-5] ^= 1
+    (damaged / CHECKPOINT).write_bytes(content)
+    assert "was changed after it was written" in _gone_on(paths, damaged, SETTINGS)[0]
+    assert (damaged / "weights.safetensors").read_bytes() == whole
+
+
+def _errors(card):
+    content = json.loads(card.read_text())["mean_absolute_error"]
+    return [point[name] for point in content for name in ("training", "held_out")]
+
+
+def test_two_processes_that_share_three_sets_have_the_errors_of_one(paths, tmp_path):
+    settings = _settings(batch=6, queries_per_set=2, crop=56, centered=1.0, learning_rate=1e-3)
+    # Without standard channels the features of these pictures hardly differ, and gradients are rounding.
+    settings = settings.model_copy(update={"network": RepViTSettings(standardized=True)})
+    alone = _train(paths, tmp_path / "alone", settings)[1]
+    training = settings.training.model_copy(update={"processes": 2})
+    shared = _train(paths, tmp_path / "shared", settings.model_copy(update={"training": training}))[1]
+    assert _errors(shared) == pytest.approx(_errors(alone), rel=tolerances.SHARED_TRAINING)
+    assert _errors(alone)[-2] < _errors(alone)[0]
+
+
+def test_what_processes_cannot_share_is_refused(paths, tmp_path):
+    with pytest.raises(UserError, match="a batch has 1 sets of queries to share"):
+        _train(paths, tmp_path / "few", _settings(processes=2))
+    with pytest.raises(UserError, match="a backbone that is trained"):
+        _train(paths, tmp_path / "trained", _settings(processes=2, queries_per_set=2, backbone_frozen=False))
+
+
+def test_a_process_that_ends_before_its_time_ends_the_training(paths, tmp_path, monkeypatch):
+    monkeypatch.setattr(training_module, "_help", _die)
+    with pytest.raises(UserError, match="one of 2 processes ended before its time"):
+        _train(paths, tmp_path / "died", _settings(processes=2, queries_per_set=2))
+
+
+def _die(group, told):
+    os._exit(3)
+
+
+def test_bfloat16_trains(paths, tmp_path):
+    errors = _errors(_train(paths, tmp_path / "half", _settings(precision="bfloat16"))[1])
+    assert errors[-2] < 0.9 * errors[0]
