@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pydantic import Field
+from pydantic import Field, ValidationInfo, field_serializer, field_validator
 
 from avs.config.run_config import Config
 from avs.system.errors import UserError
@@ -21,7 +21,10 @@ PLAN_NAME = "plan.json"
 class RunPlan(StrictModel):
     """A run. Paths are relative to the folder that Snakemake runs in; names of wildcards are in braces."""
 
-    config: Config = Field(description="the checked configuration")
+    results: str = Field(description="the folder of the results")
+    config: Config = Field(
+        description="the checked configuration, as JSON in a text, where its entries keep their order"
+    )
     scenes: dict[str, tuple[str, ...]] = Field(description="scenes of each data set, those for scorers included")
     timed: tuple[str, str] | None = Field(description="data set and scene on which selections are timed, or null")
     studied: dict[str, tuple[str, ...]] = Field(
@@ -38,14 +41,36 @@ class RunPlan(StrictModel):
         default_factory=dict, description="logs of the jobs that make what a job reads, by its log"
     )
 
+    @field_serializer("config")
+    def _as_text(self, config: Config) -> str:
+        # A record's keys are sorted, and the order of data sets, methods and the like is that of tables' rows.
+        return config.model_dump_json()
+
+    @field_validator("config", mode="before")
+    @classmethod
+    def _from_text(cls, config: object) -> object:
+        return Config.model_validate_json(config) if isinstance(config, str) else config
+
+    @field_validator("scenes", "studied")
+    @classmethod
+    def _as_configured(cls, scenes: dict[str, tuple[str, ...]], told: ValidationInfo) -> dict[str, tuple[str, ...]]:
+        if "config" not in told.data:  # it has a fault, which is told
+            return scenes
+        order = list(told.data["config"].datasets)
+        return {name: scenes[name] for name in sorted(scenes, key=lambda name: order.index(name))}
+
 
 def read_plan(results: Path) -> RunPlan:
     """Read the plan of the run whose results lie in a folder.
 
     Raises:
-        UserError: there is none, or it is damaged.
+        UserError: there is none, it is damaged, or the run's records are in another folder.
     """
     written = results / PLAN_NAME
     if not written.exists():
         raise UserError(written, "is not there", "name the results of a run that has begun, such as results/ci")
-    return read_record(written, RunPlan, "begin the run again, which writes it")
+    plan = read_record(written, RunPlan, "begin the run again, which writes it")
+    if results.resolve() != Path(plan.results).resolve():
+        fault = f"is of a run whose results are in {plan.results}, below the folder of the workflow"
+        raise UserError(written, fault, f"run this where {results} is that folder, or give it back that name")
+    return plan

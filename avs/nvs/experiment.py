@@ -110,6 +110,7 @@ def replay_episode(
         raise UserError(episode, f"was recorded on another scene than {scene_folder}", "pass the scene it was run on")
     settings = kinds.create_settings(recorded.representation)
     protocol = ProtocolSettings.model_validate(recorded.protocol)
+    _check_views(episode, recorded, [scene.names[index] for index in initial_captures(scene, protocol)])
     method = _listed(f"Replay of {recorded.label}", recorded.group, episode, ListedViews(recorded.selected, episode))
     plan = Plan(
         scene=scene,
@@ -123,6 +124,17 @@ def replay_episode(
         device=device,
     )
     _write(out, run(plan))
+
+
+def _check_views(path: Path, recorded: Episode, initial: list[str]) -> None:
+    """Refuse a record, edited by hand, whose views are not those that a replay would capture."""
+    if recorded.initial != initial:
+        fault = f"lists {', '.join(recorded.initial)} as initial, and its protocol begins with {', '.join(initial)}"
+        raise UserError(path, fault, "leave `initial` as it is; `selected` alone can be edited")
+    count = recorded.budget - len(initial)
+    if len(recorded.selected) != count:
+        fault = f"lists {len(recorded.selected)} selected views, and its budget of {recorded.budget} takes {count}"
+        raise UserError(path, fault, f"list {count} views in `selected`")
 
 
 def _following(method: str, other: str, scene: Scene, seed: int, episode: Path | None) -> ListedViews:

@@ -167,6 +167,7 @@ def _ordered(cells: dict[str, dict[Cell, Episode]], methods: Sequence[str]) -> d
 def _check_comparable(path: Path, episode: Episode, dataset: dict[str, dict[Cell, Episode]]) -> None:
     """Compare with the first episode of the data set, and in what the scene decides with the first of its scene."""
     first = next(iter(next(iter(dataset.values())).values()))
+    same_method = next(iter(dataset.get(episode.method, {}).values()), episode)
     same_scene = next(
         other for cells in dataset.values() for (scene, _), other in cells.items() if scene == episode.scene
     )
@@ -175,6 +176,8 @@ def _check_comparable(path: Path, episode: Episode, dataset: dict[str, dict[Cell
     for name, own, other in (
         ("protocol", shared, expected),
         ("representation", episode.representation, first.representation),
+        ("selector", episode.selector, same_method.selector),
+        ("weights_hash", episode.weights_hash, same_method.weights_hash),
         ("scene_hash", episode.scene_hash, same_scene.scene_hash),
         ("budget", episode.budget, same_scene.budget),
         ("test images", _test_images(episode), _test_images(same_scene)),

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import csv
 import shutil
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -60,13 +60,14 @@ class Deviation:
     differing: int
     root_mean_square: float
     largest: float
+    lacking: int = 0
 
     def line(self) -> str:
         """Return it in words."""
         told = f"{self.file}, {self.metric}: {self.differing} of {self.compared} values differ"
-        if not self.differing:
-            return told
-        return f"{told}, by {self.root_mean_square:.3g} (root mean square), {self.largest:.3g} at most"
+        if self.differing:
+            told += f", by {self.root_mean_square:.3g} (root mean square), {self.largest:.3g} at most"
+        return f"{told}; {self.lacking} are not there" if self.lacking else told
 
 
 def keep(results: Path, folder: Path, command: str, figures: Sequence[str]) -> None:
@@ -121,28 +122,35 @@ def same_bits(results: Path, folder: Path) -> bool:
 
 
 def deviations(results: Path, folder: Path) -> Iterator[Deviation]:
-    """Yield how far a run is from the reference, by file and metric, for all values that both have.
+    """Yield how far a run is from the reference, by file and metric, for all values that the reference has.
 
     Raises:
         UserError: a file is not such a table.
     """
     for path in sorted((folder / "tables").glob("*.csv")):
         other = results / "tables" / path.name
-        if not path.name.endswith(_SINGLE) or not other.is_file():
+        if not path.name.endswith(_SINGLE):
             continue
-        kept, found = _values(path), _values(other)
-        pairs = defaultdict(list)
+        kept, found = _values(path), _values(other) if other.is_file() else {}
+        pairs, lacking = defaultdict(list), Counter(key[0] for key in kept.keys() - found.keys())
         for key in kept.keys() & found.keys():
             pairs[key[0]].append((kept[key], found[key]))
-        for metric in sorted(pairs):
-            expected, measured = np.array(pairs[metric], dtype=np.float64).T
+        for metric in sorted({key[0] for key in kept}):
+            expected, measured = np.array(pairs[metric], dtype=np.float64).reshape(-1, 2).T
             apart = np.abs(measured - expected)
-            square = float(np.sqrt(np.mean(apart**2)))
-            yield Deviation(path.name, metric, len(apart), int((apart > 0).sum()), square, float(apart.max()))
+            square = float(np.sqrt(np.mean(apart**2))) if len(apart) else 0.0
+            largest = float(apart.max(initial=0))
+            counts = len(apart), int((apart > 0).sum())
+            yield Deviation(path.name, metric, *counts, square, largest, lacking[metric])
 
 
 def is_too_far(deviation: Deviation, bits: bool) -> bool:
-    """Return whether a deviation is a fault: any where the bits should be the same, else one beyond ``TOLERANCES``."""
+    """Return whether a deviation is a fault: any where the bits should be the same, else one beyond ``TOLERANCES``.
+
+    So is a value that is not there: a run that lacks some confirms nothing.
+    """
+    if deviation.lacking:
+        return True
     if bits:
         return deviation.differing > 0
     return deviation.root_mean_square > TOLERANCES.get(deviation.metric, np.inf)

@@ -18,17 +18,24 @@ class Presented:
         label: printed name.
         group: heading of its rows; empty for a method of which nothing is known.
         proposed: whether the paper proposes it.
+        whole: whether it has every episode that another method has; a mean over fewer is not to be ranked.
     """
 
     identifier: str
     label: str
     group: str = ""
     proposed: bool = False
+    whole: bool = True
+
+    @property
+    def competes(self) -> bool:
+        """Whether its choices are its own and its numbers those of the common schedule (``UNRANKED``)."""
+        return self.group not in UNRANKED
 
     @property
     def ranked(self) -> bool:
-        """Whether it competes: an oracle, for one, looks at photographs that no method can see."""
-        return self.group not in UNRANKED
+        """Whether its mean has a place among the others'."""
+        return self.competes and self.whole
 
 
 def presented(identifier: str, episodes: Episodes | None = None) -> Presented:
@@ -40,7 +47,7 @@ def presented(identifier: str, episodes: Episodes | None = None) -> Presented:
         labels = [next(iter(each.values())).label for each in episodes.cells.values() if each]
         # several programs can call themselves the same
         label = episode.label if labels.count(episode.label) == 1 else f"{episode.label} ({identifier})"
-        return Presented(identifier, label, episode.group, proposed)
+        return Presented(identifier, label, episode.group, proposed, not episodes.lacking(identifier))
     if registered is None:
         return Presented(identifier, identifier)
     return Presented(identifier, registered.method.label, registered.method.group, proposed)

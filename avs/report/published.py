@@ -8,8 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from avs.nvs.protocol import ProtocolSettings
+from avs.representations.gaussians.gaussian_settings import GaussianSettings
 from avs.system.checksums import check_listed
 from avs.system.errors import UserError
+from avs.system.models import StrictModel
 
 STAND_INS = {
     "orbit": "mipnerf360",
@@ -43,19 +46,13 @@ SLAM_NAME = "slam_gibson.csv"
 MEAN = "mean"
 """What its files call the mean over the scenes of a data set."""
 
-_BUDGET = 20
-
-# What the paper says of its loop, and the iterations that FisherRF adds views at, which it follows.
-_PROTOCOL = {
-    "initial_views": 4,
-    "budget": _BUDGET,
-    "iterations": 30_000,
-    "views_per_step": 1,
-    "additions": [400, 900, 1500, 2200, 3000, 3900, 4900, 6000, 7200, 8500, 9900, 11400, 13000, 14700, 16500, 18400],
-}
+# What the paper says of its loop, and the iterations that FisherRF adds views at, which it follows, are the defaults of
+# ``ProtocolSettings``, with LPIPS as 3DGS computes it; its reconstruction is that of 3DGS, the defaults of
+# ``GaussianSettings``.
+_BUDGET = ProtocolSettings().budget
 
 # 1066 x 1600 pixels; LLFF's test images; a reader that refuses the authors' smaller copies.
-_PICTURES = {"source": "mipnerf360", "test_every": 8, "long_side": 1600, "short_side": None}
+_PICTURES = {"source": "mipnerf360", "test_every": 8, "long_side": 1600, "short_side": None, "resample": "pil"}
 
 PICTURES = frozenset(_PICTURES)
 """The settings of a data set on which it depends whether the paper's values can be subtracted."""
@@ -68,6 +65,9 @@ MEMORY_METHODS = ("fisherrf", "ours-dinov2", "ours-repvit")
 
 PER_SCENE_NAMES = {"mipnerf360": "nvs_mipnerf360_per_scene.csv"}
 """The files of values of single scenes, by data set of the paper."""
+
+_NAMED = 6
+"""How many settings that are not the paper's are named at most."""
 
 _COLUMNS = ["table", "dataset", "scene", "method", "metric", "value"]
 
@@ -136,6 +136,7 @@ def why_no_difference(
     dataset: str,
     scenes: Collection[str],
     protocol: Mapping[str, Any],
+    representation: Mapping[str, Any],
     budgets: Collection[int],
     pictures: Mapping[str, Any],
 ) -> str | None:
@@ -146,6 +147,7 @@ def why_no_difference(
         dataset: name of the data set that was run.
         scenes: names of its scenes.
         protocol: its settings of the loop.
+        representation: its settings of the reconstruction.
         budgets: numbers of views at the end.
         pictures: its reader, and its settings of images and of the split; one that is not there is not known.
     """
@@ -157,12 +159,29 @@ def why_no_difference(
         return "the paper does not name the scenes of its mean"
     if set(scenes) != SCENES[source]:
         return f"its mean is over {', '.join(sorted(SCENES[source]))}"
-    differing = [*_differing(_PROTOCOL, protocol), *_differing(_PICTURES, pictures)]
+    kind = representation.get("kind", GaussianSettings().kind)
+    if kind != GaussianSettings().kind:
+        return f"the paper's representation is {GaussianSettings().kind}, this one {kind}"
+    differing = [*_from_defaults(ProtocolSettings(), protocol), *_differing(_PICTURES, pictures)]
+    differing += _from_defaults(GaussianSettings(), representation)
     if differing:
-        return ", ".join(differing)
+        more = len(differing) - _NAMED
+        return ", ".join([*differing[:_NAMED], *([f"and {more} more settings"] if more > 0 else [])])
     if set(budgets) != {_BUDGET}:
         return "the pool of a scene is too small for its budget"
     return None
+
+
+def _from_defaults(paper: StrictModel, found: Mapping[str, Any]) -> list[str]:
+    return _differing(_flat(paper.model_dump(mode="json")), _flat(found))
+
+
+def _flat(settings: Mapping[str, Any], above: str = "") -> dict[str, Any]:
+    """Return nested settings by names such as ``lpips.net``."""
+    flat: dict[str, Any] = {}
+    for key, value in settings.items():
+        flat |= _flat(value, f"{above}{key}.") if isinstance(value, Mapping) else {f"{above}{key}": value}
+    return flat
 
 
 def _differing(wanted: Mapping[str, Any], settings: Mapping[str, Any]) -> list[str]:

@@ -32,7 +32,8 @@ def plan(tmp_path, monkeypatch):
     write_ledger(Path(logs[0]), [written], Origin("stamp"))
     stamps = dict.fromkeys([*logs, "results/ci/logs/kernels.log"], "stamp")
     config = load(yaml.safe_load((ROOT / "workflows" / "config" / "ci.yaml").read_text()))
-    return RunPlan(config=config, scenes={}, timed=None, published_times=(), records={}, logs={}, stamps=stamps)
+    nothing = {"scenes": {}, "timed": None, "published_times": (), "records": {}, "logs": {}}
+    return RunPlan(results="results/ci", config=config, stamps=stamps, **nothing)
 
 
 def states(statuses):

@@ -19,7 +19,7 @@ from avs.selection import registry
 from avs.selection.contract import REPLAYED, Resources, following
 from avs.selection.registry import Registered
 from avs.system.errors import UserError
-from avs.system.records import read_record
+from avs.system.records import read_record, write_record
 
 PROTOCOL = ProtocolSettings(initial_views=3, budget=5, additions=(6, 12), iterations=24)
 RECONSTRUCTION = GaussianSettings(points=InitialPoints(random_count=200, opacity=0.9))
@@ -67,6 +67,22 @@ def test_a_replay_of_it_has_the_same_curve(folder, tmp_path):
     assert read_record(tmp_path / "episode.json", Episode).curve == (
         read_record(folder / "second" / "episode.json", Episode).curve
     )
+
+
+@pytest.mark.parametrize(
+    ("changes", "fault"),
+    [
+        ({"selected": lambda views: [*views, views[0]]}, "selected views, and its budget of"),
+        ({"selected": lambda views: views[:-1]}, "selected views, and its budget of"),
+        ({"initial": lambda views: views[::-1]}, "and its protocol begins with"),
+    ],
+)
+def test_a_record_with_views_that_a_replay_would_not_capture_is_refused(folder, tmp_path, changes, fault):
+    recorded = read_record(folder / "first" / "episode.json", Episode)
+    edited = recorded.model_copy(update={name: change(getattr(recorded, name)) for name, change in changes.items()})
+    write_record(tmp_path / "episode.json", edited)
+    with pytest.raises(UserError, match=fault):
+        replay_episode(folder / "scene", tmp_path / "episode.json", "cpu", tmp_path / "out", lambda line: None)
 
 
 @pytest.mark.parametrize(
@@ -144,6 +160,7 @@ def test_a_missing_episode_is_explained_by_the_log_of_the_one_that_it_follows(tm
     place = "{dataset}-{scene}-{method}-{seed}"
     logs = {name: str(tmp_path / f"{name}.log") for name in ("scene", "kernels", "common_states", "views")}
     plan = RunPlan(
+        results=str(tmp_path),
         config=load(MINIMAL | {"coverage": None}),
         scenes={"orbit": ("orbit_0",)},
         timed=None,

@@ -126,7 +126,7 @@ def test_a_row_without_a_complete_seed_is_empty_and_says_why(results):
 def test_a_mean_of_fewer_seeds_says_which_and_why(results):
     results.put_all(without=[("fisherrf", "cellar", 1), ("random", "cellar", 1)])
     (table,), _ = results.write()
-    said = "mean of seed 0 only, no episode of cellar with seed 1: its job has not run"
+    said = "mean of seed 0 only, not to be ranked, no episode of cellar with seed 1: its job has not run"
     assert f"- Random, FisherRF: {said}\n" in table
     assert results.rows()["random", "psnr"]["seeds"] == "1"
     assert results.rows()["random", "psnr"]["note"].endswith(said)

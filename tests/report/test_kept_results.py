@@ -85,10 +85,15 @@ def test_other_numerics_and_packages_have_a_tolerance(other, kept, tmp_path):
     assert [lines(each, kept)[0][1] for each in (near, far)] == [False, True]
 
 
-def test_only_what_both_have_is_compared(kept, tmp_path):
-    other = run(tmp_path / "other", nvs_per_scene=PER_SCENE + "farthest,psnr,a,0,6,1.0\n")
-    (other / "tables" / "slam_per_run.csv").unlink()
-    assert lines(other, kept) == [("nvs_per_scene.csv, psnr: 0 of 2 values differ", False)]
+def test_what_the_reference_has_not_is_not_compared_and_what_it_has_must_be_there(kept, tmp_path):
+    more = run(tmp_path / "more", nvs_per_scene=PER_SCENE + "farthest,psnr,a,0,6,1.0\n")
+    assert [too_far for _, too_far in lines(more, kept)] == [False, False]
+    less = run(tmp_path / "less", nvs_per_scene="\n".join(PER_SCENE.splitlines()[:2]))
+    (less / "tables" / "slam_per_run.csv").unlink()
+    assert lines(less, kept) == [
+        ("nvs_per_scene.csv, psnr: 0 of 1 values differ; 1 are not there", True),
+        ("slam_per_run.csv, scr_percent: 0 of 0 values differ; 1 are not there", True),
+    ]
 
 
 def test_faults_are_one_line_and_leave_the_reference_as_it_was(kept, tmp_path):

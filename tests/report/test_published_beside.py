@@ -3,6 +3,7 @@
 import pytest
 
 from avs.nvs.protocol import ProtocolSettings
+from avs.representations.gaussians.gaussian_settings import GaussianSettings
 from tests.report.view_synthesis_tables import PUBLISHED, TableWriter
 
 
@@ -11,14 +12,15 @@ def table(tmp_path, written):
     return TableWriter(tmp_path, written)
 
 
-PROTOCOL = {"budget": 20, "iterations": 30_000, "additions": list(ProtocolSettings().additions)}
-PICTURES = {"source": "mipnerf360", "test_every": 8, "long_side": 1600, "short_side": None}
+PROTOCOL = ProtocolSettings().model_dump(mode="json")
+REPRESENTATION = GaussianSettings().model_dump(mode="json")
+PICTURES = {"source": "mipnerf360", "test_every": 8, "long_side": 1600, "short_side": None, "resample": "pil"}
 NINE = ["bicycle", "bonsai", "counter", "flowers", "garden", "kitchen", "room", "stump", "treehill"]
 
 
-def in_the_papers_protocol(episode, scenes=NINE, dataset="mipnerf360", **changes):
-    protocol = episode("random").protocol | PROTOCOL | changes
-    return [episode("random", scene, dataset=dataset, protocol=protocol, budget=20) for scene in scenes]
+def in_the_papers_protocol(episode, scenes=NINE, dataset="mipnerf360", representation=REPRESENTATION, **changes):
+    told = {"protocol": PROTOCOL | changes, "representation": representation, "budget": 20}
+    return [episode("random", scene, dataset=dataset, **told) for scene in scenes]
 
 
 def test_the_papers_scenes_in_its_protocol_have_a_difference(episode, table):
@@ -41,6 +43,15 @@ def test_the_papers_scenes_in_its_protocol_have_a_difference(episode, table):
         ({"iterations": 2000}, "iterations 2000 in place of 30000"),
         ({"additions": [10, 20]}, "additions at other iterations"),
         ({"views_per_step": 4}, "views_per_step 4 in place of 1"),
+        ({"views_per_choice": 4}, "views_per_choice 4 in place of 1"),
+        ({"refit": "reinit"}, "refit reinit in place of continue"),
+        ({"initial_start": 3}, "initial_start 3 in place of 0"),
+        ({"lpips": {"net": "alex", "range": "minus_one"}}, "lpips.net alex in place of"),
+        ({"representation": {"kind": "nerfacto"}}, "the paper's representation is gaussians, this one nerfacto"),
+        (
+            {"representation": REPRESENTATION | {"points": REPRESENTATION["points"] | {"choice": "selected"}}},
+            "points.choice selected in place of",
+        ),
     ],
 )
 def test_published_values_of_what_is_not_the_same_have_no_difference(episode, table, changes, why):

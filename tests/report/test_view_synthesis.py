@@ -171,9 +171,19 @@ def test_missing_scene_is_never_averaged_over(episode, table):
     one_seed_short = [each for each in episodes if (each.method, each.scene, each.seed) != ("random", "cellar", 1)]
     rows, markdown, _ = table(one_seed_short, ["random", "ours-repvit"])
     assert (rows["random", "psnr"]["mean"], rows["random", "psnr"]["seeds"]) == ("26.0000", "1")
-    assert rows["random", "psnr"]["note"] == "mean of seed 0 only, no episode of cellar with seed 1"
+    assert rows["random", "psnr"]["note"] == "mean of seed 0 only, not to be ranked, no episode of cellar with seed 1"
     assert "- Random: compared with Ours-RepViT on the seeds that both have, 0\n" in markdown
-    assert "- Random: mean of seed 0 only, no episode of cellar with seed 1\n" in markdown
+    row = next(line for line in markdown.splitlines() if "| Random |" in line)
+    assert "26.00" in row
+    assert "**" not in row
+    assert "- Random: mean of seed 0 only, not to be ranked, no episode of cellar with seed 1\n" in markdown
+
+
+@pytest.mark.parametrize("changes", [{"selector": {"regularisation": 2.0}}, {"weights_hash": "other"}])
+def test_a_row_of_episodes_with_other_settings_of_the_method_is_refused(episode, table, changes):
+    episodes = [episode("fisherrf", seed=0), episode("fisherrf", seed=1, **changes), episode("random", seed=0)]
+    with pytest.raises(UserError, match=f"not comparable with other episodes of orbit, {next(iter(changes))}"):
+        table(episodes, ["fisherrf", "random"])
 
 
 def test_equal_records_give_equal_bytes_in_any_order(episode, written, tmp_path):

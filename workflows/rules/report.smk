@@ -47,6 +47,7 @@ def write_plan():
         "exploration": rules.exploration.output.record,
     }
     plan = RunPlan(
+        results=RESULTS,
         config=settings,
         scenes={dataset: tuple(scenes) for dataset, scenes in LISTED.items()},
         timed=TIMED_SCENE if settings.runtime is not None and TIMED else None,

@@ -20,11 +20,11 @@ from avs.iqa.cross_reference.network import CrossReferenceNetwork, build_network
 from avs.iqa.cross_reference.scorer_checkpoint import save_network
 from avs.iqa.cross_reference.scorer_settings import ScorerSettings, TrainingSettings
 from avs.iqa.cross_reference.training_batches import Batch, Sampler
+from avs.iqa.cross_reference.training_checkpoint import load_training, save_training
 from avs.iqa.cross_reference.training_facts import facts_of_card
 from avs.iqa.cross_reference.training_loss import map_loss, predicted_maps
 from avs.iqa.cross_reference.training_processes import Group, group_of
 from avs.iqa.cross_reference.training_run import SECONDS_BETWEEN, LossPoint, TrainingRun
-from avs.iqa.cross_reference.training_state import load_training, save_training
 from avs.scene.images import pixel_hash
 from avs.system.code_inputs import sources, stamp
 from avs.system.devices import take_device

@@ -45,7 +45,7 @@ def fewer_seeds(episodes: Episodes, method: str) -> str | None:
     told = _told(lacking, episodes)
     unexplained = _places((cell for cell, why in lacking.items() if why is None), episodes)
     details = [f"{places}: {why}" for why, places in told.items()] + ([unexplained] if unexplained else [])
-    return f"mean of {_seeds(seeds)} only, no episode of {'; '.join(details)}"
+    return f"mean of {_seeds(seeds)} only, not to be ranked, no episode of {'; '.join(details)}"
 
 
 def incomplete(episodes: Episodes) -> list[str]:

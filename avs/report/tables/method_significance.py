@@ -121,7 +121,7 @@ def method_significance(episodes: Episodes, methods: Sequence[str], absent: Mapp
         methods: identifiers of the methods, in the order of rows.
         absent: why a method could not run, by identifier.
     """
-    rows = [each for method in methods if (each := presented(method, episodes)).ranked]
+    rows = [each for method in methods if (each := presented(method, episodes)).competes]
     ordered = [each.identifier for _, members in in_groups(rows) for each in members]
     found = [_findings(episodes, ordered, metric) for metric in COLUMNS]
     printed = found[0]

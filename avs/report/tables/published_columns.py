@@ -36,5 +36,6 @@ def why_no_mean_difference(paper: Published, episodes: Episodes, pictures: Mappi
         pictures: its settings of the size of images and of the split, as far as they are known.
     """
     budgets = {episode.budget for episode in episodes.all}
-    protocol = common_protocol(episodes)
-    return why_no_difference(paper.dataset, episodes.dataset, episodes.scenes, protocol, budgets, pictures)
+    protocol, representation = common_protocol(episodes), episodes.all[0].representation
+    known = (paper.dataset, episodes.dataset, episodes.scenes, protocol, representation)
+    return why_no_difference(*known, budgets, pictures)

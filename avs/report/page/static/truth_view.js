@@ -54,19 +54,27 @@
     const title = avs.h("h2", {}, avs.h("span.dot", { style: `background:${known ? known.colour : "#8a8a8a"}`, "aria-hidden": "true" }), method.label);
     if (!scores) return avs.h("section.panel", {}, title, avs.missing(method.failure || "no scores"));
     if (!truth) return avs.h("section.panel", {}, title, avs.missing("The gain was not measured."));
-    const points = scores.map((score, place) => [score, truth[place], told.states[state.place].candidates[place]]).filter(([score, value]) => score !== null && value !== null);
-    if (points.length < 2) return avs.h("section.panel", {}, title, avs.missing("Fewer than two candidates have both."));
-    return avs.h("section.panel", {}, title, scatter(points, scene, method, known), avs.h("p.quiet", {}, `takes the ${method.chooses} score; rank correlation ${avs.signed(agreement(points, method.chooses, state.truth), 2)} over ${points.length} candidates${method.own_fit ? "; scored a fit of its own" : ""}`));
+    const candidates = told.states[state.place].candidates;
+    const taken = candidates[choice(scores, method.chooses)];
+    const points = scores.map((score, place) => [score, truth[place], candidates[place]]).filter(([score, value]) => score !== null && value !== null);
+    if (points.length < 3) return avs.h("section.panel", {}, title, avs.missing("Fewer than three candidates have both."));
+    const shown = points.some(([, , camera]) => camera === taken) ? "" : `, of ${scene.names[taken]}, whose ${state.truth === "gain" ? "gain" : "truth"} was not measured`;
+    return avs.h("section.panel", {}, title, scatter(points, scene, method, known, taken), avs.h("p.quiet", {}, `takes the ${method.chooses} score${shown}; rank correlation ${avs.signed(agreement(points, method.chooses, state.truth), 2)} over ${points.length} candidates${method.own_fit ? "; scored a fit of its own" : ""}`));
   }
 
-  function scatter(points, scene, method, known) {
+  // The place of the candidate that a method takes: of equal scores the first, as the loop does.
+  function choice(scores, chooses) {
+    const known = scores.filter((score) => score !== null);
+    return scores.indexOf((chooses === "lowest" ? Math.min : Math.max)(...known));
+  }
+
+  function scatter(points, scene, method, known, taken) {
     const ends = [0, 1].map((axis) => [Math.min(...points.map((point) => point[axis])), Math.max(...points.map((point) => point[axis]))]);
     const at = (value, axis) => MARGIN + ((value - ends[axis][0]) / (ends[axis][1] - ends[axis][0] || 1)) * (SIZE - 2 * MARGIN);
-    const best = (method.chooses === "lowest" ? Math.min : Math.max)(...points.map((point) => point[0]));
     return avs.svg("svg", { viewBox: `${-LEFT} 0 ${SIZE + LEFT} ${SIZE + 14}`, class: "scatter", role: "img", "aria-label": `truth over score of ${method.label}` },
       avs.svg("rect", { x: 0, y: 0, width: SIZE, height: SIZE, class: "frame" }),
-      points.map(([score, value, camera]) => avs.svg("circle", { cx: at(score, 0), cy: SIZE - at(value, 1), r: score === best ? 5 : 3, fill: known ? known.colour : "#8a8a8a", class: score === best ? "taken" : null },
-        avs.svg("title", {}, `${scene.names[camera]}: score ${avs.short(score)}, truth ${avs.short(value)}${score === best ? "; taken" : ""}`))),
+      points.map(([score, value, camera]) => avs.svg("circle", { cx: at(score, 0), cy: SIZE - at(value, 1), r: camera === taken ? 5 : 3, fill: known ? known.colour : "#8a8a8a", class: camera === taken ? "taken" : null },
+        avs.svg("title", {}, `${scene.names[camera]}: score ${avs.short(score)}, truth ${avs.short(value)}${camera === taken ? "; taken" : ""}`))),
       avs.svg("text", { x: -4, y: 12, "text-anchor": "end" }, Number(ends[1][1].toPrecision(3))), avs.svg("text", { x: -4, y: SIZE - 3, "text-anchor": "end" }, Number(ends[1][0].toPrecision(3))),
       avs.svg("text", { x: 0, y: SIZE + 12 }, avs.short(ends[0][0])), avs.svg("text", { x: SIZE, y: SIZE + 12, "text-anchor": "end" }, `${avs.short(ends[0][1])} score`));
   }

@@ -1,0 +1,52 @@
+"""The plan of a run on disk: its entries keep their order, and it is of the folder that it lies in."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from avs.config.configuration import load
+from avs.config.run_plan import PLAN_NAME, RunPlan, read_plan
+from avs.system.errors import UserError
+from avs.system.records import write_record
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def plan(tmp_path, monkeypatch):
+    """The plan of a run of ci, on disk, in the folder of its results."""
+    monkeypatch.chdir(tmp_path)
+    config = load(yaml.safe_load((ROOT / "workflows" / "config" / "ci.yaml").read_text()))
+    scenes = {name: (f"{name}_0",) for name in config.datasets}
+    plan = RunPlan(
+        results="results/ci",
+        config=config,
+        scenes=scenes,
+        studied={"walkthrough": ("walkthrough_0",), "handheld": ("handheld_0",)},
+        timed=None,
+        published_times=(),
+        records={},
+        logs={},
+    )
+    Path("results/ci").mkdir(parents=True)
+    write_record(Path("results/ci") / PLAN_NAME, plan)
+    return plan
+
+
+def test_entries_keep_the_order_of_the_configuration_which_is_that_of_rows(plan):
+    read = read_plan(Path("results/ci"))
+    assert read == plan
+    assert list(plan.config.datasets) != sorted(plan.config.datasets)
+    assert list(read.config.datasets) == list(plan.config.datasets) == list(read.scenes)
+    assert list(read.studied) == ["walkthrough", "handheld"]
+    assert list(read.config.slam.methods) == list(plan.config.slam.methods) != sorted(plan.config.slam.methods)
+
+
+def test_a_folder_that_was_renamed_is_not_read_as_the_one_that_it_was(plan, tmp_path):
+    assert read_plan(tmp_path / "results" / "ci") == plan
+    Path("results/ci").rename("results/monday")
+    with pytest.raises(
+        UserError, match=r"of a run whose results are in results/ci.*; run this where results/monday is"
+    ):
+        read_plan(Path("results/monday"))
