@@ -51,10 +51,12 @@ def persistence(episode, later=LATER):
 
 
 def measured(episodes, scenes, value, methods=None):
-    """Return ``value`` of each method that has all episodes, ``[scenes, seeds]``."""
+    """Return ``value`` of each method that has all episodes, ``[scenes, seeds]``, by its printed name."""
     count = len(episodes.scenes) * len(episodes.seeds)
     return {
-        method: np.array([[value(scenes[name], of[name, seed]) for seed in episodes.seeds] for name in episodes.scenes])
+        next(iter(of.values())).label: np.array(
+            [[value(scenes[name], of[name, seed]) for seed in episodes.seeds] for name in episodes.scenes]
+        )
         for method, of in episodes.cells.items()
         if len(of) == count and (methods is None or method in methods)
     }
@@ -82,14 +84,14 @@ def drawn(gains, spacings, scenes, path):
         left.plot([mean, mean], [row - 0.32, row + 0.32], color="black", lw=1.6, zorder=2)
     left.axvline(0, color="0.6", lw=0.8)
     left.set_yticks(range(len(methods)), methods)
-    left.set_xlabel("PSNR less Random's, dB (bar: mean over scenes)")
+    left.set_xlabel("PSNR less Random's, dB\n(bar: mean over scenes)")
     for scene, name in enumerate(scenes):
         x = [100 * spacings[method][scene].mean() for method in methods]
         y = [gains[method][scene].mean() for method in methods]
         right.scatter(x, y, color=f"C{scene}", marker=markers[scene], s=22, label=name)
     right.axhline(0, color="0.6", lw=0.8)
     right.axvline(0, color="0.6", lw=0.8)
-    right.set_xlabel("mean distance to the nearest captured view, per cent of Random's more")
+    right.set_xlabel("distance to the nearest captured view,\nper cent more than Random's")
     right.set_ylabel("PSNR less Random's, dB")
     right.legend(frameon=False, fontsize=8)
     for axes in (left, right):
@@ -112,7 +114,7 @@ def main():
 
     def difference(value):
         found = measured(episodes, scenes, value)
-        return {method: values - found["random"] for method, values in found.items() if method != "random"}
+        return {method: values - found["Random"] for method, values in found.items() if method != "Random"}
 
     gains = difference(lambda _, episode: image_mean(end_of_curve(episode), "psnr"))
     printed("PSNR less Random's, dB", gains, names, "%+.2f")
@@ -120,7 +122,7 @@ def main():
         "SSIM less Random's", difference(lambda _, episode: image_mean(end_of_curve(episode), "ssim")), names, "%+.3f"
     )
     found = measured(episodes, scenes, spacing)
-    spacings = {method: values / found["random"] - 1 for method, values in found.items() if method != "random"}
+    spacings = {method: values / found["Random"] - 1 for method, values in found.items() if method != "Random"}
     printed(
         "Distance to the nearest captured view, per cent of Random's more",
         {method: 100 * values for method, values in spacings.items()},
