@@ -3,6 +3,7 @@
 import pytest
 
 from avs.nvs.protocol import ProtocolSettings
+from avs.report import published
 from avs.representations.gaussians.gaussian_settings import GaussianSettings
 from tests.report.view_synthesis_tables import PUBLISHED, TableWriter
 
@@ -21,6 +22,10 @@ NINE = ["bicycle", "bonsai", "counter", "flowers", "garden", "kitchen", "room", 
 def in_the_papers_protocol(episode, scenes=NINE, dataset="mipnerf360", representation=REPRESENTATION, **changes):
     told = {"protocol": PROTOCOL | changes, "representation": representation, "budget": 20}
     return [episode("random", scene, dataset=dataset, **told) for scene in scenes]
+
+
+def test_the_papers_reconstruction_is_that_of_the_defaults():
+    assert published._flat(REPRESENTATION) == published._REPRESENTATION
 
 
 def test_the_papers_scenes_in_its_protocol_have_a_difference(episode, table):

@@ -35,7 +35,7 @@ def best_methods(episodes: Episodes) -> list[str]:
 
     Means are over the scenes and seeds that all of them have, so that they can be compared.
     """
-    ranked = [method for method, cells in episodes.cells.items() if cells and presented(method, episodes).ranked]
+    ranked = [method for method, cells in episodes.cells.items() if cells and presented(method, episodes).competes]
     if not ranked:
         return []
     shared = set.intersection(*(set(episodes.cells[method]) for method in ranked))
