@@ -101,3 +101,11 @@ def test_the_table_of_scorers_is_filtered_by_scene():
     one = document([("Networks", row)], [(*each[:2], "s1", 0, 20.0) for each in [("lite0", "psnr")]])
     assert filtered(one, seed="0")["caption"][0].startswith("1 scene, seed 0")
     assert table_place("scorer") == ("Scorers", "held-out scenes")
+
+
+def test_scenes_of_one_name_in_two_data_sets_are_two_scenes():
+    row = Row("Lite0", (Cell(0.5),), identifier="lite0")
+    singles = [("lite0", dataset, "fox", "psnr", value) for dataset, value in (("a", 0.25), ("b", 0.75))]
+    told = document([("Networks", row)], singles, ("predictor", "dataset", "scene", "metric", "value"))
+    shown = {scene: filtered(told, scene=scene)["groups"][0]["rows"][0]["cells"][0] for scene in ("a/fox", "b/fox")}
+    assert {scene: cell["value"] for scene, cell in shown.items()} == {"a/fox": 0.25, "b/fox": 0.75}

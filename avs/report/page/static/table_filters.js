@@ -8,8 +8,14 @@
   avs.singles = (told) => {
     if (!told.per_scene) return [];
     const { fields, records } = told.per_scene;
-    return records.map((record) => Object.fromEntries(fields.map((field, place) => [field, record[place]])))
-      .map((each) => ({ ...each, method: each.method ?? each.predictor }));
+    const singles = records.map((record) => Object.fromEntries(fields.map((field, place) => [field, record[place]])));
+    // Two data sets may each have a scene of one name.
+    const several = new Set(singles.map((each) => each.dataset)).size > 1;
+    return singles.map((each) => ({
+      ...each,
+      method: each.method ?? each.predictor,
+      scene: several ? `${each.dataset}/${each.scene}` : each.scene,
+    }));
   };
 
   // Returns the document with the rows and means that are asked for.
