@@ -37,7 +37,7 @@ check: .venv/installed
 	snakemake -j$(CORES) tables figures --configfile workflows/config/check.yaml
 
 test: .venv/installed lint
-	pytest -n $(CORES)
+	pytest -n $(CORES) -rs
 
 # The page in headless Chromium, which is Debian's package chromium. Without either the tests of it skip, and say why.
 browser: .venv/installed
