@@ -1,6 +1,6 @@
 """Processor time of episodes with portable numerics against native ones: what the same bits on every machine cost.
 
-Run from the root of the repository, after ``snakemake -j2 tables``: ``python tests/benchmarks/bench_numerics.py``. Each
+Run from the root of the repository, after ``snakemake -j2 tables``: ``python -m tests.benchmarks.bench_numerics``. Each
 episode runs anew, in a temporary folder, in turn with both numerics; kernels are compiled before.
 """
 

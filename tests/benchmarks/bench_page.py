@@ -1,6 +1,6 @@
 """The page of a large run: how long it takes to make, how large it is, and when the first table is there.
 
-    python tests/benchmarks/bench_page.py FOLDER [SCENES METHODS SEEDS]
+    python -m tests.benchmarks.bench_page FOLDER [SCENES METHODS SEEDS]
 
 makes a generated run of 9 scenes, 21 methods and 3 seeds in FOLDER, with 200 candidates a scene, 54 pictures and 6,000
 Gaussians an episode, and its page. Times are processor times but that of the first table, which needs Chromium and the
@@ -13,27 +13,24 @@ import sys
 import time
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+import numpy as np
+from scipy.ndimage import gaussian_filter
 
-import numpy as np  # noqa: E402
-from factories import ring  # noqa: E402
-from scipy.ndimage import gaussian_filter  # noqa: E402
-
-from avs.nvs.picture_settings import PictureSettings  # noqa: E402
-from avs.nvs.pictures import _encoded, archive, kept_pictures, write_pictures  # noqa: E402
-from avs.nvs.record import CurvePoint, EpisodeMeta, Step, StepTimes  # noqa: E402
-from avs.report.page.page_settings import PageSettings  # noqa: E402
-from avs.report.page.scene_scripts import SceneInputs, write_scene_scripts  # noqa: E402
-from avs.report.page.site import PageFacts, PageInputs, write_page  # noqa: E402
-from avs.report.tables.view_synthesis import write_nvs_table  # noqa: E402
-from avs.representations.gaussians.ply import write_ply  # noqa: E402
-from avs.scene.points import Points  # noqa: E402
-from avs.scene.scene import read_scene, write_scene  # noqa: E402
-from avs.selection import registry  # noqa: E402
-from avs.system.records import write_record  # noqa: E402
-from tests.report.conftest import images, make_episode  # noqa: E402
-from tests.representations.test_ply import gaussians  # noqa: E402
+from avs.nvs.picture_settings import PictureSettings
+from avs.nvs.pictures import _encoded, archive, kept_pictures, write_pictures
+from avs.nvs.record import CurvePoint, EpisodeMeta, Step, StepTimes
+from avs.report.page.page_settings import PageSettings
+from avs.report.page.scene_scripts import SceneInputs, write_scene_scripts
+from avs.report.page.site import PageFacts, PageInputs, write_page
+from avs.report.tables.view_synthesis import write_nvs_table
+from avs.representations.gaussians.ply import write_ply
+from avs.scene.points import Points
+from avs.scene.scene import read_scene, write_scene
+from avs.selection import registry
+from avs.system.records import write_record
+from tests.factories import ring
+from tests.report.conftest import images, make_episode
+from tests.representations.test_ply import gaussians
 
 SIZE, VIEWS, STEPS, GAUSSIANS = (320, 214), 200, 16, 6000
 

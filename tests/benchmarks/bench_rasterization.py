@@ -1,6 +1,6 @@
 """Speed of the CPU rasteriser against pure-torch renderers: forward and backward, one thread, interleaved.
 
-Run from the root of the repository: ``python tests/benchmarks/bench_rasterization.py [W1 W2 W3] [--repeats 10]``.
+Run from the root of the repository: ``python -m tests.benchmarks.bench_rasterization [W1 W2 W3] [--repeats 10]``.
 
 The workloads are cubes of random Gaussians 2.5 units before the camera, 60 degrees of horizontal field of view, black
 background; the loss is the mean absolute difference from an image of noise. Three renderers:
@@ -26,11 +26,9 @@ import sys
 import time
 import types
 from collections.abc import Callable
-from pathlib import Path
 
 for name in ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
     os.environ.setdefault(name, "1")
-sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import numpy as np  # noqa: E402
 import torch  # noqa: E402

@@ -1,6 +1,6 @@
 """Speed of rays through the triangles of embedded scenes, beside Embree (Open3D's RaycastingScene) on the same rays.
 
-Run from the root of the repository: ``python tests/benchmarks/bench_rays.py``. Rays of a camera, which pass the same
+Run from the root of the repository: ``python -m tests.benchmarks.bench_rays``. Rays of a camera, which pass the same
 boxes one after another, and rays from everywhere to everywhere, as the light that is gathered needs. Both programs use
 one thread; times are of the process's CPU, in interleaved rounds, and ratios are of times of one round.
 """
@@ -8,12 +8,8 @@ one thread; times are of the process's CPU, in interleaved rounds, and ratios ar
 from __future__ import annotations
 
 import statistics
-import sys
 import time
 from functools import partial
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from avs.system.compatibility import import_open3d, prepare_environment
 

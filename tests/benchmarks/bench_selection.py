@@ -1,6 +1,6 @@
 """Time per candidate of the cross-reference networks against FisherRF's exact score: same scene, same image size.
 
-Run from the root of the repository: ``python tests/benchmarks/bench_selection.py [SCENE SPLATS]``. SCENE is a scene's
+Run from the root of the repository: ``python -m tests.benchmarks.bench_selection [SCENE SPLATS]``. SCENE is a scene's
 folder, SPLATS the ``splats.ply`` of an episode on it. Without them a cube of random Gaussians on a ring of cameras
 serves, whose renderings are its photographs.
 
@@ -16,13 +16,11 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
 import time
 from pathlib import Path
 
 for name in ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
     os.environ.setdefault(name, "1")
-sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import numpy as np  # noqa: E402
 import torch  # noqa: E402

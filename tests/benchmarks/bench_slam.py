@@ -1,6 +1,6 @@
 """Speed of active SLAM: frames of the simulator, iterations of mapper and tracker, decisions of each method.
 
-Run by hand: ``python tests/benchmarks/bench_slam.py MESH``. Times are those of the processor, of one thread.
+Run by hand: ``python -m tests.benchmarks.bench_slam MESH``. Times are those of the processor, of one thread.
 """
 
 from __future__ import annotations
@@ -16,8 +16,9 @@ import numpy as np
 import torch
 
 from avs.scene.cameras import Cameras
+from avs.slam.building.opened_building import open_simulator
 from avs.slam.building.robot_camera import CameraSettings, Pose, camera_at
-from avs.slam.building.simulator import Simulator, open_simulator
+from avs.slam.building.simulator import Simulator
 from avs.slam.building.simulator_settings import SimulatorSettings
 from avs.slam.exploration.frontiers import Candidate
 from avs.slam.exploration.planned_paths import PlannedPath

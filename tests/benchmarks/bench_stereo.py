@@ -1,6 +1,6 @@
 """Speed of dense stereo: million pixel x plane x view a second, beside OpenCV's StereoSGBM on the same rectified pairs.
 
-Run from the root of the repository: ``python tests/benchmarks/bench_stereo.py``. A pair is a textured surface seen by
+Run from the root of the repository: ``python -m tests.benchmarks.bench_stereo``. A pair is a textured surface seen by
 two cameras side by side, whose rows agree, so that the depths of a plane sweep are disparities: both programs try the
 same ones. OpenCV compares by Birchfield and Tomasi's measure and block sums, and smooths along five paths; this suite
 compares by normalised cross-correlation and smooths along four. PatchMatch, which OpenCV does not have, stands by
@@ -14,13 +14,10 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
 import time
-from pathlib import Path
 
 for name in ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
     os.environ.setdefault(name, "1")
-sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import cv2  # noqa: E402
 import numpy as np  # noqa: E402

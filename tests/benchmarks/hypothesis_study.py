@@ -1,6 +1,6 @@
 """The numbers and the figure of ``docs/hypothesis-study.md``: when is the worst view the one to capture?
 
-    python tests/benchmarks/hypothesis_study.py RESULTS DATASET --figure FILE
+    python -m tests.benchmarks.hypothesis_study RESULTS DATASET --figure FILE
 
 RESULTS is the folder of a finished run whose methods include ``random``. Printed is, for each scene and for their mean
 with its standard error over scenes:

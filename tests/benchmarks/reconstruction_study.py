@@ -1,6 +1,6 @@
 """The curves of ``docs/reconstruction-study.md``: test PSNR of a reconstruction under farthest-view sampling.
 
-    python tests/benchmarks/reconstruction_study.py CONFIG SCENE... [--set densification.every=25 points.choice=sfm]
+    python -m tests.benchmarks.reconstruction_study CONFIG SCENE... [--set densification.every=25 points.choice=sfm]
 
 CONFIG is a scale's YAML file, of which ``protocol`` and ``representation`` are read; SCENE is the folder of a prepared
 scene. No method is compared: farthest-view sampling alone is used.

@@ -1,6 +1,6 @@
 """The mapper on a real clip or on a walk through a building, with given and with tracked poses.
 
-Run by hand: ``python tests/benchmarks/slam_validation.py SOURCE [FRAMES]``, SOURCE being a folder in the layout of
+Run by hand: ``python -m tests.benchmarks.slam_validation SOURCE [FRAMES]``, SOURCE being a folder in the layout of
 7-Scenes (``frame-NNNNNN.color.jpg``, ``.depth.png``, ``.pose.txt``, ``camera-intrinsics.txt``) or a mesh. Every eighth
 frame is held out of the map; PSNR and depth error are of those, the error of the trajectory is of all.
 """
@@ -17,8 +17,9 @@ import torch
 from PIL import Image
 
 from avs.scene.cameras import Cameras
+from avs.slam.building.opened_building import open_simulator
 from avs.slam.building.robot_camera import CameraSettings, Pose, camera_at
-from avs.slam.building.simulator import Frame, open_simulator
+from avs.slam.building.simulator import Frame
 from avs.slam.building.simulator_settings import SimulatorSettings
 from avs.slam.evaluation.trajectory_error import absolute_trajectory_error
 from avs.slam.mapping.gaussian_map import map_seen

@@ -21,8 +21,9 @@ _REMEDY = f"{COMMAND} brisque"
 class BRISQUE:
     """pyiqa's function ``brisque`` with given support vectors, in float64; lower is better.
 
-    Its shape parameters are the nearest of a table in steps of 0.001. In float32 a change of the pixels by 1e-7 takes them to
-    a neighbour, and a score of 2.88 to between 2.86 and 2.88: another value on another processor. An image without any luminance gets NaN: it has no statistics, and pyiqa's function refuses it.
+    Its shape parameters are the nearest of a table in steps of 0.001. In float32 a change of the pixels by 1e-7 takes
+    them to a neighbour, and a score of 2.88 to anything between 2.86 and 2.88: another one on another processor. An
+    image without any luminance gets NaN: it has no statistics, and pyiqa's function refuses it.
 
     Args:
         coefficients: ``[n]`` coefficients of the support vectors.
