@@ -49,15 +49,14 @@ def collect(scene: Scene, build: SeededBuilder, settings: RenderSettings, seed: 
     """Reconstruct ``scene`` once per run and keep renderings with their SSIM maps.
 
     Every image of the scene can be captured, its test images too: nothing is evaluated on this scene. At each moment
-    captured and other views are rendered, in the order of the scene. Knows no representation by name.
+    captured and other views are rendered, in the order of the scene. Moments that would leave no view uncaptured are
+    left out, with a line. Knows no representation by name.
 
     Raises:
-        UserError: the scene has no view beyond the last moment's captured ones, or an image is damaged.
+        UserError: the scene has no view beyond the first moment's captured ones, or an image is damaged.
     """
     count = len(scene.names)
-    if count <= settings.views[-1]:
-        fault = f"has {count} images, of which {settings.views[-1]} are captured at the last moment"
-        raise UserError(f"scene {scene.name}", fault, "add images, or lower renders.views")
+    settings = _with_views_left(settings, scene.name, count, progress)
     decoded = Photographs(scene)
     photographs = decoded.views(np.arange(count))
     moments: list[Moment] = []
@@ -91,6 +90,17 @@ def collect(scene: Scene, build: SeededBuilder, settings: RenderSettings, seed: 
         geometry=np.concatenate(geometry),
         centers=photographs.cameras.centers,
     )
+
+
+def _with_views_left(settings: RenderSettings, name: str, count: int, progress: Progress) -> RenderSettings:
+    """Return ``settings`` with the moments at which fewer than all ``count`` images of a scene are captured."""
+    kept = sum(views < count for views in settings.views)  # they ascend
+    if not kept:
+        fault = f"has {count} images, of which {settings.views[0]} are captured at the first moment"
+        raise UserError(f"scene {name}", fault, "add images, or lower renders.views")
+    if kept < len(settings.views):
+        progress(f"{name}: {count} images, so that {kept} of {len(settings.views)} moments leave a view uncaptured")
+    return settings.model_copy(update={"views": settings.views[:kept], "iterations": settings.iterations[:kept]})
 
 
 def _moments(

@@ -72,6 +72,10 @@ def test_same_seed_gives_the_same_data(scene):
     assert first.moments != other.moments
 
 
-def test_scene_with_too_few_images_is_refused(scene):
-    with pytest.raises(UserError, match="14 images, of which 14 are captured"):
-        _collect(scene, views=(4, 6, 14))
+def test_moments_that_leave_no_view_are_left_out(scene):
+    whole, _ = _collect(scene, views=(4, 6, 13))
+    fewer, _ = _collect(scene, views=(4, 6, 14))
+    assert [moment.iteration for moment in whole.moments] == [5, 20, 40] * 2
+    assert [moment.iteration for moment in fewer.moments] == [5, 20] * 2
+    with pytest.raises(UserError, match="14 images, of which 14 are captured at the first moment"):
+        _collect(scene, views=(14, 15, 16))
