@@ -56,7 +56,7 @@ def held_out_job(config: Config) -> HeldOutJob:
     return HeldOutJob(
         device=config.device,
         evaluation=config.scorer_evaluation or ScorerEvaluationSettings(),
-        networks=tuple(_network(config, name) for name in methods if found[name].scorer is not None),
+        networks=_told_apart(tuple(_network(config, name) for name in methods if found[name].scorer is not None)),
         metrics=tuple(
             ScoredMetric(method=name, selector=config.selectors.get(name, {}))
             for name in methods
@@ -82,20 +82,37 @@ def regression_settings(config: Config) -> RegressionSettings:
 
 
 def _rows(config: Config) -> tuple[str, ...]:
-    """Return the methods that have rows: of those with one scorer the first, metrics, and the regressions."""
-    found: dict[str, str] = {}
+    """Return the methods that have rows, in order: metrics, the regressions, and one for each use of a network.
+
+    Methods that differ in what they do with a network's scores share a row, which is that of the first of them in the
+    registry, whatever their order in the run; those that show it other references or sizes have rows of their own.
+    """
+    found: dict[object, list[str]] = {}
     for name in config.methods:
         if is_program(name):
             continue
         method = registry.find(name).method
-        if method.scorer is not None or method.assesses_images or name == STATISTICS:
-            found.setdefault(method.scorer or name, name)
-    return tuple(found.values())
+        if method.scorer is not None:
+            found.setdefault(_network(config, name).model_dump_json(exclude={"method", "label"}), []).append(name)
+        elif method.assesses_images or name == STATISTICS:
+            found.setdefault(name, []).append(name)
+    known = list(registry.methods())
+    return tuple(min(names, key=known.index) for names in found.values())
 
 
 def _network(config: Config, name: str) -> ScoredNetwork:
     scorer = registry.find(name).method.scorer
-    assert scorer is not None  # held_out_job has looked
+    assert scorer is not None  # those that call have looked
     settings = registry.create_settings(name, config.selectors.get(name, {}))
     told = settings.model_dump(include={"references", "resize", "precision"})
-    return ScoredNetwork.model_validate({"method": name, "backbone": BACKBONE_OF[scorer], **told})
+    label = next(each.method.label for each in registry.methods().values() if each.method.scorer == scorer)
+    return ScoredNetwork.model_validate({"method": name, "label": label, "backbone": BACKBONE_OF[scorer], **told})
+
+
+def _told_apart(networks: tuple[ScoredNetwork, ...]) -> tuple[ScoredNetwork, ...]:
+    """Return ``networks`` with the method's identifier in a label that several have."""
+    labels = [each.label for each in networks]
+    return tuple(
+        each if labels.count(each.label) == 1 else each.model_copy(update={"label": f"{each.label} ({each.method})"})
+        for each in networks
+    )

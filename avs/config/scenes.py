@@ -10,6 +10,8 @@ from avs.config.run_config import Config
 from avs.datasets.reader import Reader
 from avs.system.errors import UserError
 
+_MEASURES = "for measuring scorers"
+
 
 @functools.cache
 def scenes_in(dataset: Reader) -> Mapping[str, Reader]:
@@ -29,7 +31,8 @@ def scenes_of(config: Config) -> dict[str, Mapping[str, Reader]]:
 
     Raises:
         UserError: no data set is evaluated; the scenes of one cannot be listed; or a scene that two data
-            sets hold is evaluated in one and trains scorers in the other, or the like.
+            sets hold is evaluated in one and trains scorers in the other, or the like, or measures scorers in both,
+            where it would count twice.
     """
     if not config.evaluated and config.without_methods:
         fault = "the run has none of its methods"
@@ -43,9 +46,15 @@ def scenes_of(config: Config) -> dict[str, Mapping[str, Reader]]:
     for dataset, scenes in listed.items():
         for scene, settings in scenes.items():
             for first in [seen.setdefault(identity, (dataset, scene)) for identity in settings.identities()]:
-                if uses[first[0]] != uses[dataset]:
-                    fault = f"is the scene {first[1]} of {first[0]}: one is {uses[first[0]]}, the other {uses[dataset]}"
-                    raise UserError(f"configuration: {scene} of {dataset}", fault, "leave it out of one of them")
+                one, other = uses[first[0]], uses[dataset]
+                fault = f"is the scene {first[1]} of {first[0]}: "
+                if one != other:
+                    fault += f"one is {one}, the other {other}"
+                elif other == _MEASURES and first[0] != dataset:
+                    fault += f"both are {other}, where it would count twice and be its own other scene"
+                else:
+                    continue
+                raise UserError(f"configuration: {scene} of {dataset}", fault, "leave it out of one of them")
     return listed
 
 
@@ -81,5 +90,5 @@ def _uses(config: Config) -> dict[str, str]:
     uses = dict.fromkeys(config.datasets, "evaluated")
     if config.distortions is not None:
         uses |= dict.fromkeys(config.distortions.training, "for training scorers")
-        uses |= dict.fromkeys(config.distortions.held_out, "for measuring scorers")
+        uses |= dict.fromkeys(config.distortions.held_out, _MEASURES)
     return uses

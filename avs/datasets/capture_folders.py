@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from avs.datasets.image_names import is_image
 from avs.system.errors import UserError
 from avs.system.files import CAN_BE_NAMED, can_be_named, explained, file_hash
 from avs.system.reasons import Reason
@@ -105,13 +106,15 @@ def capture_files(folder: Path) -> list[Path]:
 def photographs_key(folder: Path) -> tuple[object, ...] | None:
     """Return what tells the photographs of a capture from those of others, whatever they are called; None without any.
 
-    That is the sizes of all files in ``images`` and the hash of the smallest one: photographs of one scene seldom have
-    as many bytes as one another, and to read all of them takes minutes.
+    That is the sizes of all images in ``images`` and the hash of the smallest one: photographs of one scene seldom have
+    as many bytes as one another, and to read all of them takes minutes. What a system leaves there, such as
+    ``Thumbs.db``, ``.DS_Store`` and ``._a.jpg``, tells nothing; without a file that is called as images are, all count.
 
     Raises:
         OSError: a file cannot be read.
     """
-    return key_of_files(walk_files(folder / "images"))
+    files = list(walk_files(folder / "images"))
+    return key_of_files([path for path in files if is_image(path) and not path.name.startswith(".")] or files)
 
 
 def key_of_files(paths: Iterable[Path]) -> tuple[object, ...] | None:

@@ -11,12 +11,12 @@ import numpy as np
 from PIL import Image
 
 from avs.datasets.capture_settings import CaptureSettings
+from avs.datasets.image_names import is_image
 from avs.datasets.undistortion import pinhole, rescaled, undistorted_camera, undistorted_image
 from avs.scene.colmap import ModelCamera, ModelImage
 from avs.scene.images import BLACK, Header, Pixels, is_translucent, open_rgb, read_header
 from avs.system.errors import UserError
 
-_IMAGE_SUFFIXES = {".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff", ".webp"}
 _KEPT_SUFFIXES = {"JPEG": {".jpg", ".jpeg"}, "PNG": {".png"}}
 _FILTERS = {"pil": Image.Resampling.BICUBIC, "area": Image.Resampling.BOX}
 
@@ -142,11 +142,6 @@ def picture_notes(
             which = "all images" if count == len(pictures) else f"{count} of {len(pictures)} images"
             notes.append(f"{which} are {done}")
     return notes
-
-
-def is_image(path: Path) -> bool:
-    """Whether a file has the suffix of an image that can be read."""
-    return path.suffix.lower() in _IMAGE_SUFFIXES
 
 
 def _plan(root: Path, cameras: Path, camera: ModelCamera, image: ModelImage, settings: CaptureSettings) -> Picture:

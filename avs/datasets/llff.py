@@ -14,9 +14,9 @@ import numpy as np
 from pydantic import Field
 
 from avs.datasets.capture_folders import Layout, is_folder, key_of_files
-from avs.datasets.capture_pictures import is_image
 from avs.datasets.folder_reader import PictureFolderReader
 from avs.datasets.found_points import triangulated_points
+from avs.datasets.image_names import is_image
 from avs.datasets.posed_scene import PosedPictures
 from avs.datasets.transforms_file import posed_image
 from avs.scene.cameras import FloatArray

@@ -9,7 +9,7 @@ from pathlib import Path
 from pydantic import Field
 
 from avs.datasets.capture_folders import walk_files
-from avs.datasets.capture_pictures import is_image
+from avs.datasets.image_names import is_image
 from avs.system.errors import UserError
 from avs.system.files import file_hash
 from avs.system.lists_of_names import some_of

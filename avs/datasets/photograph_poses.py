@@ -10,7 +10,7 @@ from typing import Literal
 from PIL import Image
 
 from avs.datasets.capture_folders import walk_files
-from avs.datasets.capture_pictures import is_image
+from avs.datasets.image_names import is_image
 from avs.datasets.photograph_origin import NAME, Origin, check_origin, files_in, origin_of, photographs_in
 from avs.datasets.video_frames import every_frame
 from avs.scene.images import read_header, read_image

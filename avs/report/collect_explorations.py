@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -44,14 +44,19 @@ class Explorations:
 
         Where several have the same, such as one method with two settings, its identifier is beside it.
         """
-        labels = {place[1]: record.label for place, record in self.cells.items()}
-        label = labels.get(method, method)
-        return f"{label} ({method})" if list(labels.values()).count(label) > 1 else label
+        return printed_name(method, self.cells.values())
 
     def ranked(self, method: str) -> bool:
         """Return whether a method competes."""
         kinds = {record.settings["scorer"]["kind"] for place, record in self.cells.items() if place[1] == method}
         return not kinds & ORACLES
+
+
+def printed_name(method: str, records: Iterable[ExplorationRecord]) -> str:
+    """Return the label of a method among ``records``, with its identifier where several have the same."""
+    labels = {record.method: record.label for record in records}
+    label = labels.get(method, method)
+    return f"{label} ({method})" if list(labels.values()).count(label) > 1 else label
 
 
 def read_maps(path: Path) -> dict[str, npt.NDArray[Any]]:

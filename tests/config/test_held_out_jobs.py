@@ -29,6 +29,20 @@ def test_networks_metrics_and_regressions_of_the_run_have_rows():
     assert "warprf" not in table.methods
 
 
+@pytest.mark.parametrize("names", [["ours-lite0", "ours-diverse"], ["ours-diverse", "ours-lite0"]])
+def test_methods_that_use_a_network_alike_share_a_row_whatever_their_order(names):
+    same = {name: {"resize": {"pixels": 176}} for name in names}
+    shared = held_out_job(config(methods=names, selectors=same))
+    assert [(each.method, each.label) for each in shared.networks] == [("ours-lite0", "Ours-EfficientNet-Lite0")]
+    apart = held_out_job(config(methods=names, selectors={"ours-diverse": same["ours-diverse"]}))
+    assert {(each.method, each.label, each.resize.pixels) for each in apart.networks} == {
+        ("ours-lite0", "Ours-EfficientNet-Lite0 (ours-lite0)", 518),
+        ("ours-diverse", "Ours-EfficientNet-Lite0 (ours-diverse)", 176),
+    }
+    alone = held_out_job(config(methods=["ours-diverse"]))
+    assert [(each.method, each.label) for each in alone.networks] == [("ours-diverse", "Ours-EfficientNet-Lite0")]
+
+
 def test_a_run_without_anything_learned_has_no_table():
     assert held_out_scenes(config(methods=["random", "piqe"])) == {}
     assert held_out_scenes(config(scorer_evaluation=None)) == {}

@@ -45,6 +45,7 @@ def test_every_data_set_has_its_scenes_in_order():
         ("street", 100, "one is for training scorers, the other evaluated"),
         ("street", 106, "one is for measuring scorers, the other evaluated"),
         ("handheld_held_out", 100, "one is for training scorers, the other for measuring scorers"),
+        ("handheld_held_out", 111, "both are for measuring scorers, where it would count twice"),
     ],
 )
 def test_a_scene_has_one_use(name, seed, line):
@@ -60,7 +61,7 @@ def test_a_copy_of_a_capture_has_one_use_too(tmp_path):
     for name in ("studied", "tested"):
         small_scene(tmp_path / name / name, count=16, name=name)
         changed["datasets"][name] = {"source": "captures", "folder": str(tmp_path / name)}
-    changed["distortions"]["training"] = ["studied"]
+    changed["distortions"] |= {"training": ["studied"], "representations": {}}
     line = "tested of tested: is the scene studied of studied: one is for training scorers, the other evaluated"
     with pytest.raises(UserError, match=line):
         scenes_of(load(changed))
@@ -78,7 +79,7 @@ def test_one_folder_read_by_two_readers_has_one_use_too(tmp_path):
         "studied": {"source": "nerfstudio", "folder": str(tmp_path / "both"), "axes": "opengl"},
         "tested": {"source": "captures", "folder": str(tmp_path / "both")},
     }
-    changed["distortions"]["training"] = ["studied"]
+    changed["distortions"] |= {"training": ["studied"], "representations": {}}
     line = "garden of tested: is the scene garden of studied: one is for training scorers, the other evaluated"
     with pytest.raises(UserError, match=line):
         scenes_of(load(changed))

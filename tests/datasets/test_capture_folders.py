@@ -59,6 +59,16 @@ def test_a_copy_of_a_capture_is_left_out_whatever_its_images_are_called(tmp_path
     assert told(tmp_path) == (["fox", "hen"], {"fox again": "has the same photographs as fox"})
 
 
+@pytest.mark.parametrize("stray", ["Thumbs.db", ".DS_Store", "._a.png"])
+def test_what_a_system_leaves_beside_photographs_makes_no_other_scene_of_a_copy(stray, tmp_path):
+    for name in ("fox", "fox again"):
+        capture(tmp_path / name, "a.png", "b.png")
+        for image in ("a.png", "b.png"):
+            (tmp_path / name / "images" / image).write_bytes(image.encode())
+    (tmp_path / "fox again" / "images" / stray).write_bytes(b"abc")
+    assert told(tmp_path) == (["fox"], {"fox again": "has the same photographs as fox"})
+
+
 @pytest.mark.parametrize("name", [b"\xe9t\xe9.png", b"{scene}.png", b"<scene>.png", b"a\nb.png", b"a.png "])
 def test_a_capture_with_a_file_that_the_workflow_cannot_name_is_left_out(name, tmp_path):
     capture(tmp_path / "good")

@@ -49,9 +49,9 @@ def test_values_by_hand(episode, table):
         "21.33",
         "",
     )
-    assert rows["psnr", "mean", "oracle-ssim"] | {"published": ""} == {
+    assert rows["psnr", "mean over scenes", "oracle-ssim"] | {"published": ""} == {
         "metric": "psnr",
-        "scene": "mean",
+        "scene": "mean over scenes",
         "method": "oracle-ssim",
         "value": "30.0000",
         "seeds": "1",
@@ -63,7 +63,7 @@ def test_values_by_hand(episode, table):
     assert "| PSNR ↑ (dB) | attic | **22.50** | 20.50 (2) | – | 30.00 |" in lines  # noqa: RUF001
     # The digits are the paper's own, also where the column has others.
     assert "|  | published, Mip-NeRF360 | 0.61 | – | – | – |" in lines  # noqa: RUF001
-    assert lines.index("|  | Mean | **22.50** | 20.50 (2) | – | 30.00 |") + 1 == lines.index(  # noqa: RUF001
+    assert lines.index("|  | Mean over scenes | **22.50** | 20.50 (2) | – | 30.00 |") + 1 == lines.index(  # noqa: RUF001
         "|  | published, Mip-NeRF360 | 20.34 | – | – | – |"  # noqa: RUF001
     )
     assert "- MUSIQ: weights musiq absent: fetch them" in lines
@@ -79,3 +79,12 @@ def test_a_metric_without_values_says_why_once(episode, table):
 def test_equal_records_give_equal_bytes(episode, table):
     found = some(episode)
     assert table(found)[1:] == table(found[::-1])[1:]
+
+
+def test_a_scene_may_be_called_mean(episode, table):
+    values = {"mean": 10.0, "garden": 20.0}
+    rows, markdown, _ = table([episode("fisherrf", scene, psnr=(value,)) for scene, value in values.items()])
+    found = {scene: rows["psnr", scene, "fisherrf"] for scene in (*values, "mean over scenes")}
+    assert [row["value"] for row in found.values()] == ["10.0000", "20.0000", "15.0000"]
+    assert [row["published"] for row in found.values()] == ["", "21.33", "20.34"]
+    assert markdown.count("15.00") == 1

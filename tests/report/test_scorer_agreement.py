@@ -115,6 +115,28 @@ def test_other_references_compete_with_nothing():
     assert all(cell.rank is None for cell in by_group["Networks with other references"])
 
 
+def test_a_mean_over_other_moments_is_told_and_has_no_rank():
+    steady = {"steady": ("metric", "lowest", lambda ssim, moment: np.where(moment == 1, ssim, 1.0))}
+    found = [record("a_1", **WITHIN, **steady), record("b_1", "b_held_out", **WITHIN, **PERFECT)]
+    found[1].scored[1] = found[1].scored[1].model_copy(update={"identifier": "steady", "kind": "metric"})
+    document = scorer_agreement(found, [], {})
+    rows = {row.identifier: row.cells for group in document.groups for row in group.rows}
+    names = [column.metric.identifier for column in document.columns]
+    ranks = {name: rows["steady"][names.index(name)].rank for name in names}
+    assert rows["steady"][names.index("within")].value == pytest.approx(1)
+    assert (ranks["within"], ranks["within_a_held_out"], ranks["within_b_held_out"]) == (None, None, 1)
+    line = "within moments of 4 of 6; at the others it gives all candidates one score"
+    assert f"steady: {line}; no rank" in document.notes
+    told = {tuple(each[i] for i in (0, 3, 4)): each[-1] for each in document.listing.records}
+    assert told["steady", "all data sets", "within"] == line
+    assert told["steady", "all data sets", "pearson"] == told["steady", "b_held_out", "within"] == ""
+
+
+def test_a_data_set_may_be_called_all():
+    found = scorer_agreement([record("a_1", "all", **WITHIN), record("b_1", seed=1, **WITHIN)], [], {})
+    assert [column.metric.name for column in found.columns][-2:] == ["all", "a"]
+
+
 def write(folder, found):
     paths = [folder / f"{number}.json" for number in range(len(found))]
     for path, each in zip(paths, found, strict=True):
@@ -130,8 +152,8 @@ def test_files_hold_every_number(tmp_path):
         texts = [(tmp_path / f"scorer{ending}").read_text() for ending in (".csv", ".md", ".tex", "_per_scene.csv")]
     rows = list(csv.DictReader(texts[0].splitlines()))
     within = {row["scenes_of"]: row for row in rows if (row["predictor"], row["metric"]) == ("within", "within")}
-    assert within["all"]["mean"] == "1.0000"
-    assert within["all"]["scenes"] == "3"
+    assert within["all data sets"]["mean"] == "1.0000"
+    assert within["all data sets"]["scenes"] == "3"
     assert within["a_held_out"]["standard_error"] == ""
     listed = list(csv.DictReader(texts[3].splitlines()))
     assert {row["scene"] for row in listed} == {"a_1", "a_2", "b_1"}

@@ -7,6 +7,7 @@ import pytest
 from avs.report.collect import Episodes
 from avs.report.formats.markdown import document_markdown
 from avs.report.tables.setting_sensitivity import setting_sensitivity, write_sensitivity_table
+from avs.selection.contract import OWN_SCHEDULE, UNRANKED
 from avs.system.errors import UserError
 from avs.system.reasons import Reason
 
@@ -46,6 +47,19 @@ def test_means_ranks_and_agreement_by_hand(episode):
     text = document_markdown(document)
     assert "Kendall's tau with base" in text
     assert "Incomplete" not in text
+
+
+def test_a_schedule_of_its_own_under_a_variant_alone_has_no_rank_there(episode):
+    other = episodes_of(episode, SWAPPED)
+    for place, each in other.cells["piqe"].items():
+        other.cells["piqe"][place] = each.model_copy(update={"group": OWN_SCHEDULE, "notes": ["of one colour"]})
+    document = setting_sensitivity(episodes_of(episode, BASE), {"other": other}, METHODS, {})
+    rows = {(row["setting"], row["method"]): row for row in listed(document.listing)}
+    assert [rows["base", method]["rank"] for method in METHODS] == [4, 3, 2, 1]
+    assert [rows["other", method]["rank"] for method in METHODS] == [2, 3, 1, ""]
+    assert listed(document.appendices["_agreement"])[1]["methods"] == 3
+    assert f"other: PIQE: {UNRANKED[OWN_SCHEDULE]}" in document.notes
+    assert "other: of one colour" in document.notes
 
 
 def test_a_missing_episode_is_a_reason_in_its_cell_and_no_mean_of_the_rest(episode):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pydantic import TypeAdapter
 
-from avs.report.collect_explorations import read_explorations
+from avs.report.collect_explorations import printed_name, read_explorations
 from avs.report.figures.slam_maps import write_slam_maps
 from avs.report.figures.slam_over_steps import write_slam_over_steps
 from avs.report.incomplete_explorations import WantedExploration, WantedExplorations, incomplete_explorations
@@ -166,6 +166,9 @@ def test_methods_of_one_name_are_told_apart(tmp_path):
     paths = [write(tmp_path, method=method, label="FisherRF") for method in ("nearest", "fisherrf")]
     rows, _ = rows_of([*paths, write(tmp_path, method="oracle")], ["nearest", "fisherrf", "oracle"])
     assert {label for _, label in rows} == {"FisherRF (nearest)", "FisherRF (fisherrf)", "Greedy oracle"}
+    records = [read_record(path, ExplorationRecord) for path in paths]
+    assert printed_name("nearest", records) == "FisherRF (nearest)"  # on the maps
+    assert printed_name("nearest", records[:1]) == "FisherRF"
 
 
 def test_a_method_without_a_record_keeps_its_row(tmp_path):

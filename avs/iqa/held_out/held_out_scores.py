@@ -116,11 +116,11 @@ def _by_network(
     own = ReferencesVariant(count=told.references.count, choice=told.references.choice)
     pad = told.references.pad == "black"
     variants = {"": own, **settings.evaluation.references}
-    label, hashed = registry.find(told.method).method.label, file_hash(weights)
+    hashed = file_hash(weights)
     for name, found in predict_variants(scorer, data, other, variants, pad).items():
         yield Scored(
             identifier=f"{told.method}/{name}" if name else told.method,
-            label=f"{label}, {name}" if name else label,
+            label=f"{told.label}, {name}" if name else told.label,
             kind="references" if name else "network",
             worst="lowest",
             scores=found.scores.tolist(),

@@ -46,6 +46,7 @@ class ScoredNetwork(StrictModel):
     """A network that scores, as the method of that name uses it."""
 
     method: str = Field(description="identifier of the method")
+    label: str = Field(description="printed name of the network, whatever the method does with its scores")
     backbone: str = Field(description="image encoder that its weights must have")
     references: ReferenceSettings = Field(description="what the method compares a rendering with")
     resize: ResizeSettings = Field(description="size of the images that the network sees")

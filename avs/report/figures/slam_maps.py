@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from avs.report.collect_explorations import read_maps
+from avs.report.collect_explorations import printed_name, read_maps
 from avs.report.figures.figure_files import STYLE, save_figure
 from avs.report.formats.plain_text import one_line
 from avs.slam.evaluation.top_view import CEILING, CELL
@@ -71,7 +71,7 @@ def write_slam_maps(records: Sequence[Path], maps: Sequence[Path], out: Path) ->
         axes = figure.subplots(rows, columns, squeeze=False).ravel()
         _draw_truth(axes[0], explored[0], low, high)
         for place, one in zip(axes[1:], explored, strict=False):
-            _draw(place, one, low, high)
+            _draw(place, one, printed_name(one.record.method, (each.record for each in explored)), low, high)
         for place in axes[len(explored) + 1 :]:
             place.remove()
         figure.legend(handles=_legend(), loc="outside lower center", ncols=6)
@@ -88,7 +88,9 @@ def _box(explored: Sequence[_Explored]) -> tuple[npt.NDArray[np.float64], npt.ND
     return surface.min(axis=0) - 0.2, surface.max(axis=0) + 0.2
 
 
-def _draw(axes: Axes, explored: _Explored, low: npt.NDArray[np.float64], high: npt.NDArray[np.float64]) -> None:
+def _draw(
+    axes: Axes, explored: _Explored, name: str, low: npt.NDArray[np.float64], high: npt.NDArray[np.float64]
+) -> None:
     record, arrays = explored.record, explored.arrays
     extent = (low[0], high[0], low[1], high[1])
     _draw_building(axes, explored, _FAINT)
@@ -105,7 +107,7 @@ def _draw(axes: Axes, explored: _Explored, low: npt.NDArray[np.float64], high: n
     axes.plot(way[0, 0], way[0, 1], "^", color="black", markersize=4)
     _frame(axes, low, high)
     percent = f"{100 * record.final.scr_means:.1f} %"
-    axes.set_title(f"{one_line(record.label)}: {percent}, {record.final.path_length:.0f} m", loc="left")
+    axes.set_title(f"{one_line(name)}: {percent}, {record.final.path_length:.0f} m", loc="left")
 
 
 def _legend() -> list[Line2D | Patch]:

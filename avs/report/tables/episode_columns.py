@@ -6,8 +6,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from avs.report.collect import Cell, Episodes, read_dataset
-from avs.report.methods import Presented
+from avs.report.methods import Presented, presented
+from avs.report.tables.episode_notes import own_schedules, repeated_notes
 from avs.report.tables.setting_sensitivity_numbers import Standing
+from avs.selection.contract import UNRANKED
 from avs.system.errors import UserError
 
 Columns = Mapping[str, Episodes]
@@ -68,3 +70,23 @@ def missing_means(rows: Sequence[Presented], found: Standings) -> list[str]:
             where = "" if len(names) == len(found) else f" ({', '.join(names)})"
             lines.append(f"{row.label}{where}: {reason}")
     return lines
+
+
+def told_by_columns(columns: Columns, rows: Sequence[Presented]) -> list[str]:
+    """Return the notes of the records and what else sets some episodes apart, with the columns unless it is all.
+
+    A method may compete in one column and have a schedule of its own in another.
+    """
+    lines: dict[str, list[str]] = {}
+    having = {name: episodes for name, episodes in columns.items() if episodes.all}
+    for name, episodes in having.items():
+        told = [*_unranked(episodes, rows), *own_schedules(episodes), *repeated_notes(episodes)]
+        for line in dict.fromkeys(told):
+            lines.setdefault(line, []).append(name)
+    return [line if len(names) == len(having) else f"{', '.join(names)}: {line}" for line, names in lines.items()]
+
+
+def _unranked(episodes: Episodes, rows: Sequence[Presented]) -> list[str]:
+    """Return why methods whose rows compete do not do so here."""
+    here = [(row, presented(row.identifier, episodes)) for row in rows if row.competes]
+    return [f"{row.label}: {UNRANKED[each.group]}" for row, each in here if not each.competes]

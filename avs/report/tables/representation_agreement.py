@@ -21,8 +21,10 @@ from avs.report.tables.episode_columns import (
     missing_means,
     places_of,
     read_columns,
+    told_by_columns,
 )
 from avs.report.tables.representation_agreement_numbers import (
+    FEWEST_SCENES,
     METRICS,
     OrderAgreement,
     metric_means,
@@ -107,7 +109,12 @@ def representation_agreement(
         caption=tuple(_caption(dataset, grid, found)),
         columns=columns,
         groups=(*arranged(columns, list(shown.values()), cells), _order(found, within, orders)),
-        notes=(*_notes(shown, found, orders, within), *_not_measured(episodes), *machine_notes(records)),
+        notes=(
+            *_notes(shown, found, orders, within),
+            *_not_measured(episodes),
+            *told_by_columns(episodes, list(shown.values())),
+            *machine_notes(records),
+        ),
         listing=_listing(episodes, shown, found, means, grid),
         appendices={"_agreement": _agreement_listing(orders)},
     )
@@ -213,7 +220,7 @@ def _told(each: OrderAgreement) -> str:
     pair = f"{each.first} and {each.second}"
     if each.tau.value is None:
         return f"{pair}: no tau: {each.tau.reason}".replace("candidates", "methods")
-    interval = "no interval of so few scenes and seeds"
+    interval = f"no interval of fewer than {FEWEST_SCENES} scenes"
     if each.interval is not None:
         interval = f"95 % of resampled scenes and seeds lie in {each.interval[0]:.2f} to {each.interval[1]:.2f}"
     told = f"tau {each.tau.value:.2f} of {count(each.methods, 'method')}; {interval}"

@@ -19,8 +19,8 @@ METRICS = ("psnr", "ssim", "lpips")
 DRAWS = 2000
 """Resamples of the bootstrap."""
 
-FEWEST_PLACES = 3
-"""Of fewer scenes and seeds no interval is told: a bootstrap of two has three outcomes."""
+FEWEST_SCENES = 3
+"""Of fewer scenes no interval is told: a bootstrap of two has three outcomes."""
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -33,8 +33,8 @@ class OrderAgreement:
         first: name of a representation.
         second: name of another.
         tau: Kendall's tau-b of the means of the methods that compete and have both.
-        interval: 2.5 % and 97.5 % of tau where scenes and seeds are drawn anew, the same for all methods and both
-            representations; None of too few.
+        interval: 2.5 % and 97.5 % of tau where scenes are drawn anew, and of each drawn scene its seeds, the same for
+            all methods and both representations; None of too few scenes.
         chance: probability that two unrelated orders of so many methods agree at least as well; None where tau is.
         methods: number of methods compared.
     """
@@ -94,16 +94,30 @@ def _agreement(
     if tau.value is None:
         return OrderAgreement(first, second, tau, None, None, len(both))
     chance = chance_of_agreement(len(both), tau.value)
-    return OrderAgreement(first, second, tau, bootstrap_interval(one, other), chance, len(both))
+    interval = bootstrap_interval(one, other, [scene for scene, _ in grid])
+    return OrderAgreement(first, second, tau, interval, chance, len(both))
 
 
-def bootstrap_interval(first: FloatArray, second: FloatArray) -> tuple[float, float] | None:
-    """Return 2.5 % and 97.5 % of tau between the means of ``[methods, places]`` values, places being drawn anew."""
-    places = first.shape[1]
-    if places < FEWEST_PLACES:
+def bootstrap_interval(first: FloatArray, second: FloatArray, scenes: Sequence[str]) -> tuple[float, float] | None:
+    """Return 2.5 % and 97.5 % of tau between the means of ``[methods, places]`` values, places being drawn anew.
+
+    The seeds of one scene share what is the scene's own, so that a draw takes whole scenes first, and then seeds of
+    each: places drawn one by one would give intervals that are too narrow.
+
+    Args:
+        first: values on one representation.
+        second: those on another.
+        scenes: the scene of each place.
+    """
+    names = list(dict.fromkeys(scenes))
+    if len(names) < FEWEST_SCENES:
         return None
     generator = np.random.default_rng(0)
-    rows = generator.integers(places, size=(DRAWS, places))
+    places = [np.flatnonzero([scene == name for scene in scenes]) for name in names]
+    drawn = generator.integers(len(names), size=(DRAWS, len(names)))
+    seeds = max(map(len, places))
+    rows = np.array([[generator.choice(places[scene], seeds) for scene in draw] for draw in drawn])
+    rows = rows.reshape(DRAWS, -1)
     means = [values[:, rows].mean(axis=2) for values in (first, second)]  # [methods, draws]
     signs = [np.sign(values[:, None] - values[None]) for values in means]
     upper = np.triu_indices(len(first), 1)

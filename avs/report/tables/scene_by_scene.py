@@ -20,9 +20,12 @@ from avs.system.reasons import Reason
 from metrics.definitions import Metric
 
 FIELDS = ("metric", "scene", "method", "value", "seeds", "published")
-"""Columns of the csv file; the scene of the means over scenes is called ``mean``."""
+"""Columns of the csv file."""
 
-_Papers = Mapping[str, Published]
+OVER_SCENES = "mean over scenes"
+"""What the csv file calls the means, in the column of scenes; no scene is called so, since names have no blanks."""
+
+_Papers = Mapping[str | None, Published]  # none is their mean
 
 
 def write_scene_table(
@@ -59,7 +62,7 @@ def scene_by_scene(
     """
     numbers = summarise_episodes(episodes, methods, None, absent)
     columns = [row for _, members in in_groups([presented(each, episodes) for each in methods]) for row in members]
-    papers = _papers(published, [*episodes.scenes, MEAN])
+    papers = _papers(published, episodes.scenes)
     reasons = {method: {name: entry.missing for name, entry in row.items()} for method, row in numbers.items()}
     return Document(
         label=f"scenes-{episodes.dataset}",
@@ -76,12 +79,15 @@ def scene_by_scene(
     )
 
 
-def _papers(published: Sequence[Path], scenes: Sequence[str]) -> dict[str, Published]:
-    """Return the paper's values by scene; scenes of which it has none are left out."""
-    found: dict[str, Published] = {}
-    for scene in scenes:
+def _papers(published: Sequence[Path], scenes: Sequence[str]) -> _Papers:
+    """Return the paper's values by scene, and its means; what it has nothing of is left out.
+
+    A scene may be called as the file calls its means: such a one is none of the paper's.
+    """
+    found: dict[str | None, Published] = {}
+    for scene in (*(name for name in scenes if name != MEAN), None):
         for path in published:
-            paper = read_published(path, scene)
+            paper = read_published(path, MEAN if scene is None else scene)
             if paper.values:
                 found.setdefault(scene, paper)
     return found
@@ -92,11 +98,11 @@ def _rows(
 ) -> list[Row]:
     """Return the rows of one metric: each scene, then the mean, each followed by the paper's where it has one."""
     rows = []
-    for scene in [*episodes.scenes, MEAN]:
+    for scene in (*episodes.scenes, None):
         values = {each.identifier: _value(episodes, each.identifier, scene, numbers, metric) for each in columns}
         marks = ranks({each.identifier: values[each.identifier] for each in columns if each.ranked}, metric)
         cells = tuple(Cell(value, rank=marks.get(method)) for method, value in values.items())
-        rows.append(Row("Mean" if scene == MEAN else scene, cells))
+        rows.append(Row(OVER_SCENES.capitalize() if scene is None else scene, cells))
         paper = papers.get(scene)
         if paper is not None:
             printed = [paper.values.get((each.identifier, metric.identifier)) for each in columns]
@@ -105,10 +111,10 @@ def _rows(
     return rows
 
 
-def _value(episodes: Episodes, method: str, scene: str, numbers: Numbers, metric: Metric) -> float | None:
-    """Return the mean over seeds of one scene, or over scenes and seeds; None where there is none."""
+def _value(episodes: Episodes, method: str, scene: str | None, numbers: Numbers, metric: Metric) -> float | None:
+    """Return the mean over seeds of a scene, or over scenes and seeds for no one; None where there is none."""
     entry = numbers[method][metric.identifier]
-    if scene == MEAN or entry.missing is not None:
+    if scene is None or entry.missing is not None:
         return entry.mean
     seeds = episodes.complete_seeds(method)
     values = [scene_value(episodes, method, scene, seed, metric.identifier) for seed in seeds]
@@ -128,7 +134,7 @@ def _caption(episodes: Episodes) -> list[str]:
 def _paper_notes(papers: _Papers) -> list[str]:
     if not papers:
         return []
-    scenes = [scene for scene in papers if scene != MEAN]
+    scenes = [scene for scene in papers if scene is not None]
     told = f"on {', '.join(scenes)} and their mean" if scenes else "as means over its own scenes"
     return [f"published: the paper's values {told}, one run without a spread, for orientation alone"]
 
@@ -138,11 +144,12 @@ def _listing(episodes: Episodes, columns: Sequence[Presented], numbers: Numbers,
     records: list[tuple[str | int, ...]] = []
     for metric in COLUMNS:
         digits = metric.decimals + EXTRA_DECIMALS
-        for scene in [*episodes.scenes, MEAN]:
+        for scene in (*episodes.scenes, None):
             paper = papers[scene].values if scene in papers else {}
             for each in columns:
                 value = _value(episodes, each.identifier, scene, numbers, metric)
                 seeds = 0 if value is None else len(episodes.complete_seeds(each.identifier))
                 beside = paper.get((each.identifier, metric.identifier), "")
-                records.append((metric.identifier, scene, each.identifier, plain(value, digits), seeds, beside))
+                place = (metric.identifier, scene or OVER_SCENES, each.identifier)
+                records.append((*place, plain(value, digits), seeds, beside))
     return Listing(FIELDS, tuple(records))

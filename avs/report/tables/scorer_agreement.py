@@ -17,8 +17,10 @@ from avs.report.tables.scorer_agreement_numbers import (
     METRICS,
     PIXELS,
     WITHIN,
+    WITHIN_KENDALL,
     Agreement,
     agreements,
+    moments_without_order,
     scene_numbers,
 )
 from avs.report.tables.table_notes import count
@@ -32,8 +34,8 @@ FIELDS = ("predictor", "label", "kind", "scenes_of", "metric", "mean", "standard
 SCENE_FIELDS = ("predictor", "dataset", "scene", "metric", "value")
 """Columns of the csv file of scenes."""
 
-ALL = "all"
-"""What the csv file calls the scenes of all data sets together."""
+ALL = "all data sets"
+"""What the csv file calls their scenes together; no data set is called so, since names have no blanks."""
 
 _GROUPS: dict[Kind, str] = {
     "network": "Networks",
@@ -46,6 +48,7 @@ _UNMARKED: tuple[Kind, ...] = ("references",)
 _DECIMALS = 4  # of the csv files
 
 _Numbers = Mapping[str, Mapping[str, Mapping[str, Agreement]]]  # by scenes, predictor and metric
+_Partial = Mapping[tuple[str, str], str]  # by scenes and predictor: of how few moments its number within them is
 
 
 def write_scorer_table(
@@ -87,17 +90,32 @@ def scorer_agreement(
     numbers: _Numbers = {ALL: agreements(records)} | {
         name: agreements([record for record in records if record.dataset == name]) for name in datasets
     }
-    columns = _columns(datasets)
+    columns, partial = _columns(datasets), _partial(records)
     return Document(
         label="scorer",
         caption=tuple(_caption(records, datasets)),
         columns=columns,
-        groups=_groups(records[0].scored, columns, numbers, methods, absent),
-        notes=tuple(_notes(records, methods, absent)),
-        listing=_listing(records[0].scored, numbers, absent),
+        groups=_groups(records[0].scored, columns, numbers, partial, methods, absent),
+        notes=tuple(_notes(records, partial, methods, absent)),
+        listing=_listing(records[0].scored, numbers, partial, absent),
         appendices={"_per_scene": _scenes(records)},
         rows_are="Predictor",
     )
+
+
+def _partial(records: Sequence[HeldOutScores]) -> _Partial:
+    """Return what is to be said of predictors that have an order of the candidates at some of the moments alone."""
+    found: dict[tuple[str, str], list[tuple[int, int]]] = {}
+    for record in records:
+        for each in record.scored:
+            for scenes in (ALL, record.dataset):
+                found.setdefault((scenes, each.identifier), []).append(moments_without_order(record, each))
+    counts = {place: tuple(map(sum, zip(*each, strict=True))) for place, each in found.items()}
+    return {
+        place: f"within moments of {total - left} of {total}; at the others it gives all candidates one score"
+        for place, (left, total) in counts.items()
+        if 0 < left < total
+    }
 
 
 def _columns(datasets: Sequence[str]) -> tuple[Column, ...]:
@@ -123,13 +141,21 @@ def _groups(
     scored: Sequence[Scored],
     columns: Sequence[Column],
     numbers: _Numbers,
+    partial: _Partial,
     methods: Sequence[str],
     absent: Mapping[str, Reason],
 ) -> tuple[Group, ...]:
-    """Return the rows by kind, the best three values of each column marked; other references compete with none."""
+    """Return the rows by kind, the best three values of each column marked.
+
+    Other references compete with none, nor does a mean over other moments than those of the others.
+    """
     cells = {each.identifier: _cells(each.identifier, columns, numbers) for each in scored}
+    marked = [each for each in scored if each.kind not in _UNMARKED]
+    names = [name for name in numbers if name != ALL]
+    within = dict(enumerate((ALL, *names), start=len((*PIXELS, *IMAGES))))  # the data sets of each such column
     for index, column in enumerate(columns):
-        values = {each.identifier: cells[each.identifier][index].value for each in scored if each.kind not in _UNMARKED}
+        whole = [each.identifier for each in marked if (within.get(index), each.identifier) not in partial]
+        values = {name: cells[name][index].value for name in whole}
         for predictor, rank in ranks(values, column.metric).items():
             cells[predictor][index] = replace(cells[predictor][index], rank=rank)
     found: dict[Kind, list[Row]] = {kind: [] for kind in _GROUPS}
@@ -177,7 +203,9 @@ def _caption(records: Sequence[HeldOutScores], datasets: Sequence[str]) -> Itera
         yield "After the plus-minus sign: its standard error over scenes."
 
 
-def _notes(records: Sequence[HeldOutScores], methods: Sequence[str], absent: Mapping[str, Reason]) -> Iterator[str]:
+def _notes(
+    records: Sequence[HeldOutScores], partial: _Partial, methods: Sequence[str], absent: Mapping[str, Reason]
+) -> Iterator[str]:
     for name in methods:
         if name in absent:
             yield f"{registry.find(name).method.label}: {absent[name]}"
@@ -185,12 +213,15 @@ def _notes(records: Sequence[HeldOutScores], methods: Sequence[str], absent: Map
         for each in record.scored:
             if each.failure is not None:
                 yield f"{each.label}, {record.scene}: {each.failure}"
+    for each in records[0].scored:
+        if (ALL, each.identifier) in partial:
+            yield f"{each.label}: {partial[ALL, each.identifier]}; no rank"
     if any(each.kind == "references" for each in records[0].scored):
         pairs = ", ".join(f"{record.other_scene} for {record.scene}" for record in records)
         yield f"photographs of another scene are those of {pairs}"
 
 
-def _listing(scored: Sequence[Scored], numbers: _Numbers, absent: Mapping[str, Reason]) -> Listing:
+def _listing(scored: Sequence[Scored], numbers: _Numbers, partial: _Partial, absent: Mapping[str, Reason]) -> Listing:
     records: list[tuple[str | int, ...]] = []
     for each in scored:
         for scenes, found in numbers.items():
@@ -198,7 +229,8 @@ def _listing(scored: Sequence[Scored], numbers: _Numbers, absent: Mapping[str, R
                 value = found[each.identifier][metric.identifier]
                 texts = (plain(value.mean, _DECIMALS), plain(value.error, _DECIMALS))
                 place = (each.identifier, each.label, each.kind, scenes, metric.identifier)
-                records.append((*place, *texts, value.scenes, each.failure or ""))
+                fewer = partial.get((scenes, each.identifier), "") if metric in (WITHIN, WITHIN_KENDALL) else ""
+                records.append((*place, *texts, value.scenes, each.failure or fewer))
     for name, reason in absent.items():
         records.append((name, registry.find(name).method.label, "", ALL, "", "", "", 0, str(reason)))
     return Listing(FIELDS, tuple(records))

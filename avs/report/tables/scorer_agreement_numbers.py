@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from avs.iqa.held_out.held_out_record import HeldOutScores, Scored
 from metrics.definitions import Metric
-from metrics.ranking import kendall, mean_within, spearman
+from metrics.ranking import FEWEST, kendall, mean_within, spearman
 from metrics.statistics import ENOUGH_FOR_SPREAD
 
 FloatArray = npt.NDArray[np.float64]
@@ -67,6 +67,20 @@ def scene_numbers(record: HeldOutScores, scored: Scored) -> dict[str, float | No
     found["within"] = mean_within(spearman, scores[rows], truth[rows], moment[rows]).value
     found["within_kendall"] = mean_within(kendall, scores[rows], truth[rows], moment[rows]).value
     return found
+
+
+def moments_without_order(record: HeldOutScores, scored: Scored) -> tuple[int, int]:
+    """Return at how many moments a predictor gives all candidates one score, and how many have an order at all.
+
+    Its mean within moments is one over the others, which are not those of another predictor.
+    """
+    if scored.scores is None:
+        return 0, 0
+    scores, truth = np.array(scored.scores), np.array(record.ssim)
+    moment, rows = np.array(record.moment), np.array(record.candidate)
+    places = [rows & (moment == each) for each in np.unique(moment)]
+    ordered = [place for place in places if place.sum() >= FEWEST and np.ptp(truth[place]) > 0.0]
+    return sum(np.ptp(scores[place]) == 0.0 for place in ordered), len(ordered)
 
 
 def over_scenes(values: Sequence[float | None]) -> Agreement:

@@ -22,6 +22,7 @@ from avs.report.tables.episode_columns import (
     missing_means,
     places_of,
     read_columns,
+    told_by_columns,
 )
 from avs.report.tables.setting_sensitivity_numbers import Agreement, Standing, agreement, standings
 from avs.report.tables.table_notes import count, unranked_notes
@@ -95,7 +96,7 @@ def setting_sensitivity(
         caption=tuple(_caption(base.dataset, grid, found)),
         columns=columns,
         groups=(*arranged(columns, rows, cells), _order(agreements)),
-        notes=(*_notes(rows, found, agreements), *machine_notes(records)),
+        notes=(*_notes(rows, found, agreements), *told_by_columns(settings, rows), *machine_notes(records)),
         listing=_listing(rows, found, grid),
         appendices={"_agreement": _agreement_listing(agreements)},
     )

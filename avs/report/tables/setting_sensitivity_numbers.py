@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from avs.report.collect import Cell, Episodes
-from avs.report.methods import Presented
+from avs.report.methods import Presented, presented
 from avs.report.tables.view_synthesis_numbers import scene_value
 from avs.system.reasons import Reason
 from metrics.ranking import Correlation, kendall
@@ -59,10 +59,11 @@ def standings(
     """Return each method's standing under one setting, by identifier.
 
     A mean is over all scenes and seeds of ``grid``: one over those that happen to be there could not be compared with
-    the same method's under other settings.
+    the same method's under other settings. A method that does not compete under this setting has no rank, as one that
+    does not under the first.
     """
     found = {each.identifier: _standing(episodes, each.identifier, grid, absent) for each in methods}
-    ranked = (each.identifier for each in methods if each.ranked)
+    ranked = (each.identifier for each in methods if each.ranked and presented(each.identifier, episodes).competes)
     means = {method: found[method].mean for method in ranked}
     known = [value for value in means.values() if value is not None]
     for method, mean in means.items():

@@ -31,8 +31,17 @@ def folder(toys, network, tmp_path_factory):
     return made
 
 
+NAMED = {"method": "ours-repvit", "label": "Ours-RepViT"}
+
+
 def score(folder, out, **changes):
-    network = {"method": "ours-repvit", "backbone": "repvit_m0_9", "references": {}, "resize": RESIZE}
+    network = {
+        "method": "ours-repvit",
+        "label": "Ours-RepViT",
+        "backbone": "repvit_m0_9",
+        "references": {},
+        "resize": RESIZE,
+    }
     values = {
         "device": "cpu",
         "evaluation": {"references": {"none": {"count": 0}}},
@@ -92,6 +101,12 @@ def test_regressions_that_see_pixels_alone_have_one_row(folder, tmp_path):
 
 
 def test_weights_of_another_backbone_are_one_line(folder, tmp_path):
-    network = {"method": "ours-repvit", "backbone": "tf_efficientnet_lite0", "references": {}, "resize": RESIZE}
+    network = {
+        "method": "ours-repvit",
+        "label": "Ours-RepViT",
+        "backbone": "tf_efficientnet_lite0",
+        "references": {},
+        "resize": RESIZE,
+    }
     with pytest.raises(UserError, match="where tf_efficientnet_lite0 is needed"):
         score(folder, tmp_path / "a", networks=[network | {"precision": "float32"}])

@@ -10,8 +10,15 @@
     const [method, seed] = runs.find(([name, number]) => name === parts[2] && String(number) === parts[3]) || runs[0] || [];
     if (method === undefined) return avs.missing(`No robot has explored ${building}.`);
     const promise = Promise.all(runs.map(([name, number]) => avs.load(`slam/${building}/${name}-${number}`)));
-    return avs.later(promise, (all) => whole(building, runs, all, all.find((each) => each.method === method && each.seed === seed), settings), "loading the exploration");
+    return avs.later(promise, (found) => { const all = toldApart(found); return whole(building, runs, all, all.find((each) => each.method === method && each.seed === seed), settings); }, "loading the exploration");
   };
+
+  // As in the tables: where methods have one name, such as one with two settings, their identifiers are beside it.
+  function toldApart(all) {
+    const names = new Map(all.map((each) => [each.method, each.label]));
+    const shared = (label) => [...names.values()].filter((other) => other === label).length > 1;
+    return all.map((each) => (shared(each.label) ? { ...each, label: `${each.label} (${each.method})` } : each));
+  }
 
   function whole(building, runs, all, told, settings) {
     const go = (changes) => {
