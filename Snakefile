@@ -21,7 +21,7 @@ if "scale" not in config:
         given = " ".join(str(path) for path in workflow.config_settings.configfiles)
         sys.exit(
             f"error: {given}: no scale is named; give all files after one --configfile, the base first: "
-            "--configfile workflows/config/small.yaml mine.yaml"
+            "--configfile workflows/config/ci.yaml mine.yaml"
         )
 
     configfile: "workflows/config/ci.yaml"

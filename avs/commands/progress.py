@@ -32,7 +32,7 @@ def status(
         while True:
             is_alive = next(runs_in(Path.cwd()), None) is not None
             statuses = job_statuses(read_plan(results), (results / PLAN_NAME).stat().st_mtime, is_alive)
-            text = "\n".join(status_lines(statuses, mean_seconds(), is_alive))
+            text = "\n".join(status_lines(statuses, mean_seconds(results), is_alive))
             print((_CLEAR if follows else "") + text, flush=True)
             if not (follows and is_alive):
                 break

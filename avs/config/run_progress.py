@@ -92,8 +92,13 @@ def _kind(log: Path) -> str:
     return parts[0].removesuffix(".log")
 
 
-def mean_seconds(metadata: Path = METADATA) -> dict[str, float]:
-    """Return how long the jobs of each kind took in the mean, of those that Snakemake has run; nothing if not known."""
+def mean_seconds(results: Path, metadata: Path = METADATA) -> dict[str, float]:
+    """Return how long the jobs of each kind took in the mean, of those that Snakemake has run; nothing if not known.
+
+    Args:
+        results: folder of the run; jobs of another one in the same folder have other sizes.
+        metadata: where Snakemake keeps what it knows.
+    """
     found: dict[str, dict[str, float]] = {}
     for path in metadata.rglob("*") if metadata.is_dir() else ():
         try:
@@ -101,6 +106,8 @@ def mean_seconds(metadata: Path = METADATA) -> dict[str, float]:
             log, seconds = told["log"][0], float(told["endtime"]) - float(told["starttime"])
         except (OSError, ValueError, LookupError, TypeError):
             continue  # of a job without a log, or being written
+        if not Path(log).is_relative_to(results):
+            continue
         found.setdefault(_kind(Path(log)), {})[log] = seconds
     return {kind: sum(each.values()) / len(each) for kind, each in found.items()}
 
@@ -139,7 +146,9 @@ def _summary(statuses: Sequence[JobStatus], seconds: Mapping[str, float], is_ali
     if all(each.state == "done" for each in statuses):
         return "All jobs are done."
     left, unknown = time_left(statuses, seconds)
-    words = f"about {_duration(left)} left" if not unknown else f"at least {_duration(left)} left"
+    words = f"{'at least' if unknown else 'about'} {_duration(left)} left"
+    if unknown and not left and is_alive:
+        return f"{time.strftime('%H:%M:%S')}: how long the rest takes is not known yet; no job of its kinds has ended."
     at = time.strftime("%H:%M:%S")
     if not is_alive:
         return f"{at}: no run is alive in this folder; {words} once it goes on."

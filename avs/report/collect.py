@@ -30,6 +30,8 @@ class Episodes:
             run is complete or nothing is known of it.
         records: the files that the episodes were read from.
         places: the same files by method, scene and seed.
+        counted: what there is one of for each, in singular and plural: where a table counts what was measured of
+            episodes, that may be missing although the episode is there.
     """
 
     dataset: str
@@ -37,6 +39,7 @@ class Episodes:
     missing: Mapping[str, Mapping[Cell, str]] = field(default_factory=dict)
     records: Sequence[Path] = ()
     places: Mapping[tuple[str, str, int], Path] = field(default_factory=dict)
+    counted: tuple[str, str] = ("episode", "episodes")
 
     @property
     def scenes(self) -> list[str]:

@@ -112,4 +112,5 @@ def with_coverage(episodes: Episodes, coverages: Coverages, reasons: Mapping[str
         method: {**episodes.missing.get(method, {}), **reasons.get(method, {})}
         for method in dict.fromkeys((*episodes.missing, *reasons))
     }
-    return replace(episodes, cells={method: found for method, found in cells.items() if found}, missing=missing)
+    found = {method: each for method, each in cells.items() if each}
+    return replace(episodes, cells=found, missing=missing, counted=("record of coverage", "records of coverage"))

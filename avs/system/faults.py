@@ -43,7 +43,12 @@ class Ending:
 
 
 def ending(error: BaseException) -> Ending:
-    """Return how a command ends for which ``error`` has come out of its work."""
+    """Return how a command ends for which ``error`` has come out of its work.
+
+    A compiled function that a signal interrupts lets Python raise a ``SystemError`` over what the signal raised.
+    """
+    if isinstance(error, SystemError) and isinstance(error.__cause__, (KeyboardInterrupt, Terminated)):
+        error = error.__cause__
     for kind, make in _ENDINGS.items():
         if isinstance(error, kind):
             return make(error)

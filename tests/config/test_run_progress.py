@@ -70,9 +70,12 @@ def test_the_time_left_is_that_of_jobs_of_the_same_kind(tmp_path):
             (tmp_path / f"{number}{output}").write_text(json.dumps(told))
     (tmp_path / "broken").write_text("{")
     (tmp_path / "without").write_text(json.dumps({"log": [], "starttime": 0, "endtime": 1}))
-    seconds = mean_seconds(tmp_path)
+    other = {"log": ["results/small/logs/episodes/7.log"], "starttime": 0, "endtime": 1000}
+    (tmp_path / "other").write_text(json.dumps(other))
+    results = Path("results/ci")
+    seconds = mean_seconds(results, tmp_path)
     assert seconds == {"episodes": 20.0}
-    assert mean_seconds(tmp_path / "nowhere") == {}
+    assert mean_seconds(results, tmp_path / "nowhere") == {}
     kinds = [("episodes", "done"), ("episodes", "running"), ("episodes", "to come"), ("tables", "to come")]
     statuses = [JobStatus(kind, Path("x.log"), state) for kind, state in kinds]
     assert time_left(statuses, seconds) == (30.0, 1)

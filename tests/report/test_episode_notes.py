@@ -26,6 +26,14 @@ def test_settings_of_one_method_are_told(episode, table):
     assert f"- PIQE {said}" in markdown
 
 
+def test_settings_of_a_method_that_are_not_its_defaults_are_told(episode, table):
+    own = {"resize": {"side": "long", "pixels": 96}}
+    episodes = [episode(name, selector=own) for name in ("piqe", "ours-repvit")] + [episode("fisherrf", selector={})]
+    _, markdown, _ = table(episodes, ["piqe", "ours-repvit", "fisherrf"])
+    assert "- PIQE, Ours-RepViT, not as by default: resize.pixels 96 instead of 518\n" in markdown
+    assert "FisherRF, not" not in markdown
+
+
 def test_where_each_method_has_its_own_settings_none_counts_as_the_common_one(episode, table):
     """The records do not tell what the run's are."""
     usual = episode("random").protocol

@@ -136,8 +136,8 @@ def test_a_scene_and_a_seed_without_any_episode_are_left_out_with_a_word(results
     results.put_all(without=[("cellar",), (1,)])
     results.log("cellar", "error: cellar/a.png: damaged; copy it again\n")
     (table,), _ = results.write()
-    assert table.startswith("Incomplete: 9 of 12 episodes are missing. Left out, because no method has an episode: ")
-    assert "has an episode: cellar, seed 1. Active" in table
+    assert table.startswith("Incomplete: 9 of 12 episodes are missing. Left out, because no method has one there: ")
+    assert "has one there: cellar, seed 1. Active" in table
     assert "- cellar: cellar/a.png: damaged; copy it again\n" in table
     assert results.rows()["random", "psnr"]["scenes"] == "1"
     assert "no episode of" not in table

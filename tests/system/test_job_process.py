@@ -62,6 +62,10 @@ ENDINGS = {
     "import sys; sys.exit('no')": (1, "<string>, line 4: ended the program (no); let it raise"),
     "def f(): f()\nf()": (1, "<string>, line 4: RecursionError"),
     "raise KeyboardInterrupt": (130, "interrupted: "),
+    "try:\n    raise KeyboardInterrupt\nexcept BaseException as e:\n    raise SystemError('a result') from e": (
+        130,
+        "interrupted: ",
+    ),
     "import os, signal, time; os.kill(os.getpid(), signal.SIGTERM); time.sleep(9)": (143, "terminated: "),
     "raise OSError(28, 'No space left on device', 'x.png')": (2, "x.png: no space left on device; free some space"),
     "raise OSError('encoder error -2')": (2, "a file: encoder error -2; check the path and the disk"),

@@ -236,7 +236,7 @@ def test_a_damaged_capture_ends_its_own_jobs_only(tmp_path):
     # What is there is tabulated and printed, and says what is not there and why.
     table = (results / "tables_incomplete" / "nvs_captures.md").read_text()
     assert table in result.stdout
-    assert table.startswith("Incomplete: 1 of 2 episodes is missing. Left out, because no method has an episode: bad.")
+    assert table.startswith("Incomplete: 1 of 2 episodes is missing. Left out, because no method has one there: bad.")
     (fault,) = {line.removeprefix("error: ") for line in lines if "005.png" in line}
     assert f"- bad: {fault}\n" in table
     ranking = (results / "tables_incomplete" / "ranking_captures.csv").read_text().splitlines()

@@ -11,11 +11,13 @@ for dataset, reader in settings.datasets.items():
     for name, reason in reader.left_out().items():
         print(f"left out of {dataset}: {name} {reason}", file=sys.stderr)
 
+# A data set that lists no method is there for another section of the configuration.
 for dataset in settings.without_methods if workflow.is_main_process else ():
-    print(
-        f"left out: {dataset}: the run has none of its methods, {', '.join(settings.datasets[dataset].methods)}",
-        file=sys.stderr,
-    )
+    if settings.datasets[dataset].methods:
+        print(
+            f"left out: {dataset}: the run has none of its methods, {', '.join(settings.datasets[dataset].methods)}",
+            file=sys.stderr,
+        )
 
 # The names of the evaluated scenes of each data set.
 SCENES = {dataset: list(LISTED[dataset]) for dataset in settings.evaluated}

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from avs.report.collect import Cell, Episodes, read_dataset
 from avs.report.methods import Presented, presented
-from avs.report.tables.episode_notes import own_schedules, repeated_notes
+from avs.report.tables.episode_notes import own_schedules, own_settings, repeated_notes
 from avs.report.tables.setting_sensitivity_numbers import Standing
 from avs.selection.contract import UNRANKED
 from avs.system.errors import UserError
@@ -80,8 +80,8 @@ def told_by_columns(columns: Columns, rows: Sequence[Presented]) -> list[str]:
     lines: dict[str, list[str]] = {}
     having = {name: episodes for name, episodes in columns.items() if episodes.all}
     for name, episodes in having.items():
-        told = [*_unranked(episodes, rows), *own_schedules(episodes), *repeated_notes(episodes)]
-        for line in dict.fromkeys(told):
+        apart = [*_unranked(episodes, rows), *own_schedules(episodes), *own_settings(episodes)]
+        for line in dict.fromkeys([*apart, *repeated_notes(episodes)]):
             lines.setdefault(line, []).append(name)
     return [line if len(names) == len(having) else f"{', '.join(names)}: {line}" for line, names in lines.items()]
 

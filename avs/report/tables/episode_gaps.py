@@ -28,13 +28,13 @@ def missing_row(episodes: Episodes, method: str, absent: Mapping[str, Reason]) -
     details = "; ".join(f"{places}: {why}" for why, places in told.items())
     if not episodes.cells.get(method):
         remedy = next(iter(told)) if len(told) == 1 else details
-        return absent.get(method, Reason(cause="no episode", remedy=remedy or None))
+        return absent.get(method, Reason(cause=f"no {episodes.counted[0]}", remedy=remedy or None))
     scenes = [scene for scene in episodes.scenes if scene not in {each for each, _ in episodes.cells[method]}]
     if not scenes:
-        return Reason(cause="no seed has an episode of every scene", remedy=details or None)
+        return Reason(cause=f"no {episodes.counted[0]} of every scene for any seed", remedy=details or None)
     whole = {scene for scene, _ in lacking} == set(scenes)
     remedy = next(iter(told)) if whole and len(told) == 1 else details
-    return Reason(cause=f"no episode of {', '.join(scenes)}", remedy=remedy or None)
+    return Reason(cause=f"no {episodes.counted[0]} of {', '.join(scenes)}", remedy=remedy or None)
 
 
 def fewer_seeds(episodes: Episodes, method: str) -> str | None:
@@ -45,7 +45,7 @@ def fewer_seeds(episodes: Episodes, method: str) -> str | None:
     told = _told(lacking, episodes)
     unexplained = _places((cell for cell, why in lacking.items() if why is None), episodes)
     details = [f"{places}: {why}" for why, places in told.items()] + ([unexplained] if unexplained else [])
-    return f"mean of {_seeds(seeds)} only, not to be ranked, no episode of {'; '.join(details)}"
+    return f"mean of {_seeds(seeds)} only, not to be ranked, no {episodes.counted[0]} of {'; '.join(details)}"
 
 
 def incomplete(episodes: Episodes) -> list[str]:
@@ -56,7 +56,7 @@ def incomplete(episodes: Episodes) -> list[str]:
     sentences = [f"Incomplete: {missing}."]
     names = [*_scenes_left_out(episodes), *(f"seed {seed}" for seed in _seeds_left_out(episodes))]
     if names:
-        sentences.append(f"Left out, because no method has an episode: {', '.join(names)}.")
+        sentences.append(f"Left out, because no method has one there: {', '.join(names)}.")
     return sentences
 
 
@@ -64,7 +64,7 @@ def missing_episodes(episodes: Episodes) -> str | None:
     """Return how many episodes are missing, or None if all are there."""
     missing = sum(map(len, episodes.missing.values()))
     verb = "is" if missing == 1 else "are"
-    return f"{missing} of {missing + len(episodes.all)} episodes {verb} missing" if missing else None
+    return f"{missing} of {missing + len(episodes.all)} {episodes.counted[1]} {verb} missing" if missing else None
 
 
 def left_out(episodes: Episodes) -> list[str]:

@@ -25,7 +25,7 @@
         avs.svg("text", { x: LEFT - 6, y: toY(value) + 4, "text-anchor": "end" }, avs.short(value)),
       );
     }
-    for (const value of avs.ticks(lowX, highX, 8)) {
+    for (const value of avs.ticks(lowX, highX, 8, points.every((point) => Number.isInteger(point[0])) ? 1 : 0)) {
       picture.append(avs.svg("text", { x: toX(value), y: HEIGHT - BOTTOM + 16, "text-anchor": "middle" }, avs.short(value)));
     }
     picture.append(
@@ -62,9 +62,9 @@
     return [low - margin, high + margin];
   }
 
-  // Round numbers between two ends, at most `most` of them.
-  avs.ticks = (low, high, most) => {
-    const rough = (high - low || 1) / most;
+  // Round numbers between two ends, at most `most` of them, and no nearer to one another than `least`.
+  avs.ticks = (low, high, most, least = 0) => {
+    const rough = Math.max((high - low || 1) / most, least);
     const power = 10 ** Math.floor(Math.log10(rough));
     const step = [1, 2, 5, 10].map((factor) => factor * power).find((each) => each >= rough * 0.999);
     const found = [];

@@ -2,6 +2,9 @@
 "use strict";
 
 (() => {
+  // Two methods may be of one group, whose colour they share elsewhere.
+  const COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"];
+
   avs.views.compare = ({ parts, settings }) => {
     const sets = avs.index.data_sets.filter((each) => each.scenes.length);
     if (!sets.length) return avs.missing("This run has no scene.");
@@ -61,8 +64,12 @@
     const at = (place, views) => Math.max(0, counts[place].findLastIndex((count) => count <= views));
     const given = moments.indexOf(Number(settings.step));
     const state = { share: 50, test: 0 };
-    const columns = loaded.map((each) => column(scene, each));
+    const colours = Object.fromEntries(loaded.map((each, place) => [each.episode.method, COLOURS[place % COLOURS.length]]));
+    const columns = loaded.map((each) => column(scene, each, colours[each.episode.method]));
     const curve = avs.h("div");
+    const legend = avs.h("p.quiet.legend", {}, loaded.map((each) => [avs.h("span.dot", { style: `background:${colours[each.episode.method]}`, "aria-hidden": "true" }), `${avs.methodOf(scene, each.episode.method).label} `]), "· thin: the other methods of this scene");
+    let metric = "psnr";
+    const measure = avs.select("Metric", Object.entries(avs.METRICS).map(([id, told]) => [id, told.name]), metric, (id) => { metric = id; draw(); });
     let now = given < 0 ? 0 : given;
     const player = avs.player(moments.length - 1, now, (moment) => `${moments[moment]} captured views`, (moment) => {
       now = moment;
@@ -73,18 +80,18 @@
       for (const [place, each] of columns.entries()) {
         each.draw(at(place, moments[now]), state, (changes) => { Object.assign(state, changes); draw(); });
       }
-      curve.replaceChildren(avs.curvePart(scene, seed, loaded.map((each) => each.episode.method), "psnr", moments[now]));
+      curve.replaceChildren(avs.curvePart(scene, seed, Object.keys(colours), metric, moments[now], colours), legend);
     }
     draw();
-    return [player.element, avs.h("div.columns", { style: `--columns:${columns.length}` }, columns.map((each) => each.element)), avs.panel("Test images over views", curve), agreement(scene, loaded)];
+    return [player.element, avs.h("div.columns", { style: `--columns:${columns.length}` }, columns.map((each) => each.element)), avs.h("div.panels", {}, avs.panel("Test images over views", avs.h("form.filters", { onsubmit: (event) => event.preventDefault() }, measure), curve), agreement(scene, loaded))];
   }
 
-  function column(scene, loaded) {
+  function column(scene, loaded, colour) {
     const method = avs.methodOf(scene, loaded.episode.method);
     const space = avs.sceneSpace(scene.cameras, avs.scenePoints(scene.points), { label: `Cameras of ${method.label}`, height: 220 });
     const areas = Object.fromEntries(["words", "view", "scores", "strip"].map((name) => [name, avs.h("div")]));
     const element = avs.h("section.panel", {},
-      avs.h("h2", {}, avs.h("span.dot", { style: `background:${method.colour}`, "aria-hidden": "true" }),
+      avs.h("h2", {}, avs.h("span.dot", { style: `background:${colour}`, "aria-hidden": "true" }),
         avs.h("a", { href: avs.address(["episode", scene.dataset, scene.scene, loaded.episode.method, loaded.episode.seed]) }, method.label)),
       areas.words, areas.view, areas.scores, space.element, areas.strip);
     const draw = (moment, state, redraw) => {

@@ -129,11 +129,11 @@
   };
 
   // The test curves of one seed of a scene; `strong` are the methods that are brought out.
-  avs.curvePart = (scene, seed, strong, metric, mark) => {
+  avs.curvePart = (scene, seed, strong, metric, mark, colours = null) => {
     const place = { psnr: 3, ssim: 4, lpips: 5 }[metric];
     const lines = Object.values(scene.episodes).filter((each) => each.seed === seed).map((each) => {
       const method = avs.methodOf(scene, each.method);
-      return { label: method.label, colour: method.colour, strong: strong.includes(each.method), dashed: !method.ranked, points: each.curve.map((point) => [point[0], point[place]]) };
+      return { label: method.label, colour: colours ? colours[each.method] ?? "#b8b8b8" : method.colour, strong: strong.includes(each.method), dashed: !method.ranked, points: each.curve.map((point) => [point[0], point[place]]) };
     });
     const told = avs.METRICS[metric];
     return avs.lineChart(lines, { x: "captured views", y: `${told.name}${told.unit ? ` (${told.unit})` : ""} of the test images`, mark, label: `${told.name} over the number of views; bold: ${strong.join(", ")}` });

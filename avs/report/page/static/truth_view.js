@@ -69,14 +69,18 @@
   }
 
   function scatter(points, scene, method, known, taken) {
+    // Some scores lie decades apart: on an even axis all but the highest would be one dot.
+    const even = points.map((point) => point[0]);
+    const decades = Math.min(...even) > 0 && Math.max(...even) > 100 * Math.min(...even);
+    const along = (value, axis) => (decades && axis === 0 ? Math.log10(value) : value);
     const ends = [0, 1].map((axis) => [Math.min(...points.map((point) => point[axis])), Math.max(...points.map((point) => point[axis]))]);
-    const at = (value, axis) => MARGIN + ((value - ends[axis][0]) / (ends[axis][1] - ends[axis][0] || 1)) * (SIZE - 2 * MARGIN);
+    const at = (value, axis) => MARGIN + ((along(value, axis) - along(ends[axis][0], axis)) / (along(ends[axis][1], axis) - along(ends[axis][0], axis) || 1)) * (SIZE - 2 * MARGIN);
     return avs.svg("svg", { viewBox: `${-LEFT} 0 ${SIZE + LEFT} ${SIZE + 14}`, class: "scatter", role: "img", "aria-label": `truth over score of ${method.label}` },
       avs.svg("rect", { x: 0, y: 0, width: SIZE, height: SIZE, class: "frame" }),
       points.map(([score, value, camera]) => avs.svg("circle", { cx: at(score, 0), cy: SIZE - at(value, 1), r: camera === taken ? 5 : 3, fill: known ? known.colour : "#8a8a8a", class: camera === taken ? "taken" : null },
         avs.svg("title", {}, `${scene.names[camera]}: score ${avs.short(score)}, truth ${avs.short(value)}${camera === taken ? "; taken" : ""}`))),
       avs.svg("text", { x: -4, y: 12, "text-anchor": "end" }, Number(ends[1][1].toPrecision(3))), avs.svg("text", { x: -4, y: SIZE - 3, "text-anchor": "end" }, Number(ends[1][0].toPrecision(3))),
-      avs.svg("text", { x: 0, y: SIZE + 12 }, avs.short(ends[0][0])), avs.svg("text", { x: SIZE, y: SIZE + 12, "text-anchor": "end" }, `${avs.short(ends[0][1])} score`));
+      avs.svg("text", { x: 0, y: SIZE + 12 }, avs.short(ends[0][0])), avs.svg("text", { x: SIZE, y: SIZE + 12, "text-anchor": "end" }, `${avs.short(ends[0][1])} score${decades ? ", logarithmic" : ""}`));
   }
 
   // The rank correlation of the order in which a method takes candidates with the order of the truth.
