@@ -36,7 +36,10 @@ def schemas(out: Annotated[Path, typer.Option(help="folder to write to")] = Path
         write_schemas(out)
 
 
-@commands.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
+@commands.command(
+    context_settings={"allow_extra_args": True, "ignore_unknown_options": True},
+    options_metavar="[ARGUMENTS OF SNAKEMAKE]...",
+)
 def resume(context: typer.Context) -> None:
     """Complete a killed run: unlock, unless a run is alive, then call snakemake with the arguments that follow."""
     with job(None):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
 
@@ -27,7 +28,8 @@ def view(
         folder = scene or _scene_of(record)
         server = serve_episode(record, folder, port)
         print(f"http://{HOST}:{port} shows {record.parent}; stop with Ctrl-C", flush=True)
-        server.sleep_forever()
+        with suppress(KeyboardInterrupt):
+            server.sleep_forever()
 
 
 def _scene_of(record: Path) -> Path:

@@ -11,6 +11,7 @@ mean of each held-out data set with its standard error over scenes; both are mea
 
 import argparse
 import time
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -40,6 +41,15 @@ def within_moments(data, scores):
         if rows.sum() >= LEAST_CANDIDATES:
             found.append(spearmanr(scores[rows], data.similarity[rows]).statistic)
     return float(np.mean(found))
+
+
+def candidates_of(data):
+    """Return distortion data without the renderings of views that were captured at their moment."""
+    rows = np.flatnonzero(data.candidates)
+    taken = {
+        name: tuple(getattr(data, name)[row] for row in rows) for name in ("renderings", "maps", "images", "moment_of")
+    }
+    return replace(data, **taken, geometry=data.geometry[rows])
 
 
 def changed(settings, changes, seed):
@@ -74,7 +84,7 @@ def agreements(training, held_out, settings, batch):
     own = {"": ReferencesVariant(count=settings.training.references.count)}
     found = {}
     for path in held_out:
-        data = read_distortions(path)
+        data = candidates_of(read_distortions(path))
         found[f"{path.parent.name}/{path.stem}"] = within_moments(
             data, predict_variants(scorer, data, data, own)[""].scores
         )

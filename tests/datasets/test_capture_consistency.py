@@ -49,7 +49,7 @@ def test_a_wrong_camera_is_told(model):
         reconstruction.cameras[2].principal_point_x += 10
 
     (note,) = consistency_notes(changed(model, move))
-    assert note.startswith("4 of 9 images (image 1.png, image 3.png, image 5.png and 1 more) see their points")
+    assert note.startswith("4 of 9 images (image 1.png, image 3.png, image 5.png, image 7.png) see their points")
 
 
 def test_keypoints_that_no_program_measured_say_nothing(tmp_path):
