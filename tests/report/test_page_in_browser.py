@@ -195,6 +195,14 @@ def test_methods_are_compared_at_the_same_number_of_views(open_page):
     tab.locator(".player input").fill("2")
     texts = tab.locator(".columns section p").all_inner_texts()
     assert sum(text.startswith("Selection 3 of 3: 6 views") for text in texts) == 2
+    tab.get_by_label("Metric").select_option("ssim")
+    rows = tab.locator(".stack tbody tr").all_inner_texts()
+    assert rows
+    assert tab.locator(".stack thead th").all_inner_texts() == ["SSIM", "Random", "FisherRF"]
+    apart = [abs(float(one) - float(other)) for _, one, other in (row.split() for row in rows)]
+    assert apart == sorted(apart, reverse=True), "those first in which the methods differ most"
+    colours = tab.locator(".columns h2 .dot").evaluate_all("dots => dots.map((dot) => dot.style.background)")
+    assert len(set(colours)) == 2
     tab.get_by_text("Methods (2)").click()
     tab.get_by_label("FVS").click()
     tab.locator(".columns section").nth(2).wait_for()

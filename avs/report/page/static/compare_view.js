@@ -66,7 +66,7 @@
     const state = { share: 50, test: 0 };
     const colours = Object.fromEntries(loaded.map((each, place) => [each.episode.method, COLOURS[place % COLOURS.length]]));
     const columns = loaded.map((each) => column(scene, each, colours[each.episode.method]));
-    const curve = avs.h("div");
+    const [curve, images] = [avs.h("div"), avs.h("div")];
     const legend = avs.h("p.quiet.legend", {}, loaded.map((each) => [avs.h("span.dot", { style: `background:${colours[each.episode.method]}`, "aria-hidden": "true" }), `${avs.methodOf(scene, each.episode.method).label} `]), "· thin: the other methods of this scene");
     let metric = "psnr";
     const measure = avs.select("Metric", Object.entries(avs.METRICS).map(([id, told]) => [id, told.name]), metric, (id) => { metric = id; draw(); });
@@ -81,9 +81,11 @@
         each.draw(at(place, moments[now]), state, (changes) => { Object.assign(state, changes); draw(); });
       }
       curve.replaceChildren(avs.curvePart(scene, seed, Object.keys(colours), metric, moments[now], colours), legend);
+      images.replaceChildren(perImage(scene, loaded, loaded.map((_, place) => at(place, moments[now])), metric));
     }
     draw();
-    return [player.element, avs.h("div.columns", { style: `--columns:${columns.length}` }, columns.map((each) => each.element)), avs.h("div.panels", {}, avs.panel("Test images over views", avs.h("form.filters", { onsubmit: (event) => event.preventDefault() }, measure), curve), agreement(scene, loaded))];
+    return [player.element, avs.h("div.columns", { style: `--columns:${columns.length}` }, columns.map((each) => each.element)), avs.h("div.panels", {}, avs.panel("Test images over views", avs.h("form.filters", { onsubmit: (event) => event.preventDefault() }, measure), curve),
+      avs.h("div.stack", {}, avs.panel("Test images one by one", images), agreement(scene, loaded)))];
   }
 
   function column(scene, loaded, colour) {
@@ -105,12 +107,33 @@
     return { element, draw };
   }
 
-  // The test PSNR just before a selection, or at the end.
-  function momentOf({ episode }, moment) {
+  // What was measured on the test images just before a selection, or at the end.
+  function pointAt(episode, moment) {
     const views = avs.capturedBefore(episode, moment).length;
-    const point = moment === episode.steps.length ? episode.curve.at(-1) : episode.curve.find((each) => each.views === views);
-    if (!point) return "";
-    return `test PSNR ${avs.fixed(avs.mean(point.psnr), 2)} dB`;
+    return moment === episode.steps.length ? episode.curve.at(-1) : episode.curve.find((each) => each.views === views);
+  }
+
+  // The test PSNR then.
+  function momentOf({ episode }, moment) {
+    const point = pointAt(episode, moment);
+    return point ? `test PSNR ${avs.fixed(avs.mean(point.psnr), 2)} dB` : "";
+  }
+
+  // Each test image with its value for every method at a moment, those first in which the methods differ most.
+  function perImage(scene, loaded, places, metric) {
+    const told = avs.METRICS[metric];
+    const points = loaded.map(({ episode }, place) => pointAt(episode, places[place]));
+    if (points.some((point) => !point)) return avs.missing("Not measured at this number of views.");
+    const rows = loaded[0].episode.test.map((camera, row) => ({ camera, values: points.map((point) => point[metric][row]) }))
+      .filter(({ values }) => values.every((value) => value !== null));
+    if (!rows.length) return avs.missing(`${told.name}: not measured`);
+    const apart = ({ values }) => Math.max(...values) - Math.min(...values);
+    rows.sort((one, other) => apart(other) - apart(one));
+    const best = (values) => (told.higher ? Math.max : Math.min)(...values);
+    return avs.h("div.scroll", {}, avs.h("table.numbers", {},
+      avs.h("thead", {}, avs.h("tr", {}, avs.h("th.name", { scope: "col" }, `${told.name}${told.unit ? ` (${told.unit})` : ""}`), loaded.map((each) => avs.h("th", { scope: "col" }, avs.methodOf(scene, each.episode.method).label)))),
+      avs.h("tbody", {}, rows.map(({ camera, values }) => avs.h("tr", {}, avs.h("th.name", { scope: "row" }, scene.names[camera]),
+        values.map((value) => avs.h("td", {}, value === best(values) ? avs.h("b", {}, avs.fixed(value, told.decimals)) : avs.fixed(value, told.decimals))))))));
   }
 
   // How many of the selected views are the same, for each pair.
