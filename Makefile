@@ -35,7 +35,8 @@ photographs: .venv/installed
 	python -m avs data pose --out "$$capture" -- "$$place"; \
 	snakemake -j$(CORES) tables \
 	    --configfile workflows/config/small.yaml workflows/config/overlays/photographs.yaml \
-	    --config scenes_dir=" '$${capture//$$quote/$$quote$$quote}' "
+	    --config scenes_dir=" '$${capture//$$quote/$$quote$$quote}' " \
+	    || { status=$$?; echo "To go on: make photographs FROM='$$FROM'; what is there is kept." >&2; exit $$status; }
 
 check: .venv/installed
 	snakemake -j$(CORES) tables figures --configfile workflows/config/check.yaml
