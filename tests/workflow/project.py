@@ -48,7 +48,7 @@ def tiny():
     values |= {"scale": "tiny", "methods": list(METHODS), "scorers": {}, "selectors": {}, "method_protocols": {}}
     values |= {"seeds": [0], "runtime": None, "sensitivity": None, "coverage": None, "slam": None, "agnostic": None}
     values["datasets"] = {name: values["datasets"][name] for name in ("orbit", *_FOR_SCORERS)}
-    values["distortions"] |= {"training": [_FOR_SCORERS[0]], "held_out": [_FOR_SCORERS[1]]}
+    values["distortions"] |= {"training": [_FOR_SCORERS[0]], "held_out": [_FOR_SCORERS[1]], "representations": {}}
     values["datasets"]["orbit"] |= {"seeds": [0]}
     for dataset in values["datasets"].values():
         dataset["capture"] = {"views": 16, "long_side": 48}
