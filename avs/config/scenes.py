@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from types import MappingProxyType
 
 from avs.config.run_config import Config
 from avs.datasets.reader import Reader
+from avs.datasets.shared_photographs import shared_photographs
 from avs.system.errors import UserError
+from avs.system.lists_of_names import some_of
 
 _MEASURES = "for measuring scorers"
 
@@ -30,9 +33,9 @@ def scenes_of(config: Config) -> dict[str, Mapping[str, Reader]]:
     """Return the scenes of every data set, by its name and theirs, each with its settings, in order.
 
     Raises:
-        UserError: no data set is evaluated; the scenes of one cannot be listed; or a scene that two data
-            sets hold is evaluated in one and trains scorers in the other, or the like, or measures scorers in both,
-            where it would count twice.
+        UserError: no data set is evaluated; the scenes of one cannot be listed; or a scene that two data sets hold, or
+            a photograph of two scenes, is evaluated in one and trains scorers in the other, or the like, or measures
+            scorers in both, where it would count twice.
     """
     if not config.evaluated and config.without_methods:
         fault = "the run has none of its methods"
@@ -41,21 +44,46 @@ def scenes_of(config: Config) -> dict[str, Mapping[str, Reader]]:
         fault = "no data set is evaluated"
         raise UserError("configuration: datasets", fault, "add one, or --config scenes_dir=DIR with your own captures")
     listed = {name: scenes_in(dataset) for name, dataset in config.datasets.items()}
-    uses = _uses(config)
-    seen: dict[tuple[object, ...], tuple[str, str]] = {}
-    for dataset, scenes in listed.items():
-        for scene, settings in scenes.items():
-            for first in [seen.setdefault(identity, (dataset, scene)) for identity in settings.identities()]:
-                one, other = uses[first[0]], uses[dataset]
-                fault = f"is the scene {first[1]} of {first[0]}: "
-                if one != other:
-                    fault += f"one is {one}, the other {other}"
-                elif other == _MEASURES and first[0] != dataset:
-                    fault += f"both are {other}, where it would count twice and be its own other scene"
-                else:
-                    continue
-                raise UserError(f"configuration: {scene} of {dataset}", fault, "leave it out of one of them")
+    placed = [_Placed(name, scene, each) for name, scenes in listed.items() for scene, each in scenes.items()]
+    clash = _clashing(_uses(config))
+    seen: dict[tuple[object, ...], _Placed] = {}
+    for place in placed:
+        for first in [seen.setdefault(identity, place) for identity in place.settings.identities()]:
+            if why := clash(first, place):
+                raise _shared(place, f"is the scene {first.scene} of {first.dataset}", why)
+    for first, place, photographs in shared_photographs(placed, lambda place: place.settings.photographs(), clash):
+        told = f"shares {some_of(photographs)} with the scene {first.scene} of {first.dataset}"
+        raise _shared(place, told, clash(first, place) or "")
     return listed
+
+
+@dataclass(frozen=True)
+class _Placed:
+    """A scene of a data set."""
+
+    dataset: str
+    scene: str
+    settings: Reader
+
+
+def _clashing(uses: Mapping[str, str]) -> Callable[[_Placed, _Placed], str | None]:
+    """Return what says why two scenes may not show the same, or None, given what each data set is for."""
+
+    def why(first: _Placed, second: _Placed) -> str | None:
+        one, other = uses[first.dataset], uses[second.dataset]
+        if one != other:
+            return f"one is {one}, the other {other}"
+        if other == _MEASURES and first.dataset != second.dataset:
+            return f"both are {other}, where it would count twice and be its own other scene"
+        return None
+
+    return why
+
+
+def _shared(place: _Placed, fault: str, why: str) -> UserError:
+    return UserError(
+        f"configuration: {place.scene} of {place.dataset}", f"{fault}: {why}", "leave it out of one of them"
+    )
 
 
 def timed_scene(config: Config) -> tuple[str, str]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -30,14 +30,29 @@ class Layout:
     Attributes:
         holds: whether a path is a folder of this layout, or a part of one; it may raise ``OSError``.
         files: every file that the scene in a folder may be read from, ascending; it may raise ``OSError``.
-        key: what tells the photographs of a folder from those of others, or None; it may raise ``OSError``.
+        photographs: those of the files that are photographs; it may raise ``OSError``.
         wanted: what a user should give, for messages.
     """
 
     holds: Callable[[Path], bool]
     files: Callable[[Path], list[Path]]
-    key: Callable[[Path], tuple[object, ...] | None]
+    photographs: Callable[[Path], list[Path]]
     wanted: str
+
+    def key(self, folder: Path) -> tuple[object, ...] | None:
+        """Return what tells the photographs of a folder from others, whatever they are called; None without any.
+
+        That is the sizes of all of them and the hash of the smallest one: photographs of one scene seldom have as many
+        bytes as one another, and to read all of them takes minutes.
+
+        Raises:
+            OSError: a file cannot be read.
+        """
+        sizes = sorted((path.stat().st_size, path) for path in self.photographs(folder))
+        smallest = [path for size, path in sizes if size == sizes[0][0]]
+        if not sizes or not sizes[-1][0]:
+            return None
+        return (tuple(size for size, _ in sizes), min(file_hash(path) for path in smallest))
 
 
 @dataclass(frozen=True)
@@ -103,31 +118,17 @@ def capture_files(folder: Path) -> list[Path]:
     return sorted(path for part in PARTS for path in walk_files(folder / part))
 
 
-def photographs_key(folder: Path) -> tuple[object, ...] | None:
-    """Return what tells the photographs of a capture from those of others, whatever they are called; None without any.
+def photographs_of(folder: Path) -> list[Path]:
+    """Return the photographs of the capture in ``folder``: all images in ``images``, however deep.
 
-    That is the sizes of all images in ``images`` and the hash of the smallest one: photographs of one scene seldom have
-    as many bytes as one another, and to read all of them takes minutes. What a system leaves there, such as
-    ``Thumbs.db``, ``.DS_Store`` and ``._a.jpg``, tells nothing; without a file that is called as images are, all count.
+    What a system leaves there, such as ``Thumbs.db``, ``.DS_Store`` and ``._a.jpg``, is none; without a file that is
+    called as images are, all are.
 
     Raises:
-        OSError: a file cannot be read.
+        OSError: a folder cannot be read.
     """
     files = list(walk_files(folder / "images"))
-    return key_of_files([path for path in files if is_image(path) and not path.name.startswith(".")] or files)
-
-
-def key_of_files(paths: Iterable[Path]) -> tuple[object, ...] | None:
-    """Return what tells these photographs from others: see ``photographs_key``.
-
-    Raises:
-        OSError: a file cannot be read.
-    """
-    sizes = sorted((path.stat().st_size, path) for path in paths)
-    smallest = [path for size, path in sizes if size == sizes[0][0]]
-    if not sizes or not sizes[-1][0]:
-        return None
-    return (tuple(size for size, _ in sizes), min(file_hash(path) for path in smallest))
+    return [path for path in files if is_image(path) and not path.name.startswith(".")] or files
 
 
 def walk_files(folder: Path) -> Iterator[Path]:
@@ -179,7 +180,7 @@ def _is_capture(path: Path) -> bool:
     return any(part.partition("/")[0] in present and (path / part).is_dir() for part in PARTS)
 
 
-COLMAP = Layout(_is_capture, capture_files, photographs_key, "images/ and sparse/0/")
+COLMAP = Layout(_is_capture, capture_files, photographs_of, "images/ and sparse/0/")
 """The layout that COLMAP writes."""
 
 

@@ -73,10 +73,13 @@ class FolderReader(Reader, CaptureSettings):
         """Return every file that the scene may be read from."""
         return self.layout().files(self.place)
 
+    def photographs(self) -> list[Path]:
+        """Return the photographs among them."""
+        return self.layout().photographs(self.place)
+
     def identities(self) -> tuple[tuple[object, ...], ...]:
         """Return the place of the scene and what tells its photographs from those of others: a copy is the same."""
-        key = self.layout().key(self.place)
-        place = ("place", str(self.place.resolve()))
+        place, key = ("place", str(self.place.resolve())), self.layout().key(self.place)
         return (place,) if key is None else (place, ("photographs", *key))
 
     @property

@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from avs.datasets.capture_folders import Layout, is_folder, key_of_files
+from avs.datasets.capture_folders import Layout, is_folder
 from avs.datasets.folder_reader import PictureFolderReader
 from avs.datasets.found_points import triangulated_points
 from avs.datasets.image_names import is_image
@@ -41,7 +41,7 @@ class Llff(PictureFolderReader):
         return Layout(
             lambda path: is_folder(path) and (path / _FILE).exists(),
             lambda path: [*_pictures(path), path / _FILE],
-            lambda path: key_of_files(_pictures(path)),
+            _pictures,
             f"{_FILE} and images/",
         )
 

@@ -14,7 +14,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, PositiveInt
 
-from avs.datasets.capture_folders import Layout, is_folder, key_of_files
+from avs.datasets.capture_folders import Layout, is_folder
 from avs.datasets.folder_reader import PictureFolderReader
 from avs.datasets.found_points import triangulated_points
 from avs.datasets.number_lines import TextLine, numbers_of, text_lines
@@ -47,7 +47,7 @@ class MapFree(PictureFolderReader):
     @classmethod
     def layout(cls) -> Layout:
         """Return how a scene's folder is told from others."""
-        return Layout(_holds, _files, _key, f"{_POSES} and {_INTRINSICS}")
+        return Layout(_holds, _files, _frames, f"{_POSES} and {_INTRINSICS}")
 
     def posed(self) -> PosedPictures:
         """Return the frames of a scene's videos.
@@ -169,7 +169,3 @@ def _files(folder: Path) -> list[Path]:
 
 def _frames(folder: Path) -> list[Path]:
     return sorted(folder.glob("seq[01]/*.jpg"))
-
-
-def _key(folder: Path) -> tuple[object, ...] | None:
-    return key_of_files(_frames(folder))

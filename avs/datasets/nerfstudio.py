@@ -9,7 +9,7 @@ from typing import Literal
 from pydantic import Field
 
 from avs.datasets.camera_axes import showing, triangulating
-from avs.datasets.capture_folders import Layout, is_folder, key_of_files
+from avs.datasets.capture_folders import Layout, is_folder
 from avs.datasets.folder_reader import PictureFolderReader
 from avs.datasets.posed_scene import PosedPictures
 from avs.datasets.stored_points import read_ply
@@ -43,7 +43,7 @@ class TransformsReader(PictureFolderReader):
     @classmethod
     def layout(cls) -> Layout:
         """Return how a folder with a file of cameras is told from others."""
-        return Layout(_holds, _files, lambda path: key_of_files(_pictures(path)), "a file transforms.json")
+        return Layout(_holds, _files, _pictures, "a file transforms.json")
 
     def posed(self) -> PosedPictures:
         """Return the pictures that the file of cameras lists.

@@ -63,6 +63,10 @@ class Reader(StrictModel):
     def files(self) -> list[Path]:
         """Return the user's files that the scene is made from; ``self`` is of one scene."""
 
+    def photographs(self) -> list[Path]:
+        """Return those of the files that are photographs; ``self`` is of one scene. None where no user took them."""
+        return []
+
     @abstractmethod
     def identities(self) -> tuple[tuple[object, ...], ...]:
         """Return what tells the scene from others, whatever its size and quality; ``self`` is of one scene.

@@ -74,7 +74,7 @@ class RealEstate10K(FolderReader):
     @classmethod
     def layout(cls) -> Layout:
         """Return how a text is told from others."""
-        return Layout(_is_text, lambda path: [path], _key, "texts <id>.txt")
+        return Layout(_is_text, lambda path: [path], lambda _: [], "texts <id>.txt")
 
     def left_out(self) -> dict[str, Reason]:
         """Return why a text is no scene, by its name, and which scenes that should be there are not."""
@@ -86,6 +86,10 @@ class RealEstate10K(FolderReader):
         """Return the text and the video."""
         video = self._video()
         return [self.place] if video is None else [self.place, video]
+
+    def identities(self) -> tuple[tuple[object, ...], ...]:
+        """Return the place of the text, and the clip."""
+        return (("place", str(self.place.resolve())), _key(self.place))
 
     def prepare(self, dataset: str, folder: Path) -> None:
         """Turn the frames that the text names into a scene.

@@ -67,6 +67,29 @@ def test_a_copy_of_a_capture_has_one_use_too(tmp_path):
         scenes_of(load(changed))
 
 
+def test_a_photograph_has_one_use_too(tmp_path):
+    """As in a copy that lacks some of them, or that has others beside."""
+    changed = values()
+    for name in ("studied", "tested"):
+        small_scene(tmp_path / name / name, count=16, name=name)
+        changed["datasets"][name] = {"source": "captures", "folder": str(tmp_path / name)}
+    changed["distortions"] |= {"training": ["studied"], "representations": {}}
+    images = sorted((tmp_path / "studied" / "studied" / "images").iterdir())
+    for path in images[3:]:
+        path.write_bytes(path.read_bytes() + bytes(8))
+    images[0].rename(images[0].with_name("other.png"))
+    line = (
+        r"tested of tested: shares 000.png, 001.png, 002.png with the scene studied of studied: "
+        "one is for training scorers, the other evaluated"
+    )
+    with pytest.raises(UserError, match=line):
+        scenes_of(load(changed))
+    for path in images[1:3]:
+        path.unlink()
+    (tmp_path / "studied" / "studied" / "images" / "other.png").unlink()
+    scenes_of(load(changed))
+
+
 def test_one_folder_read_by_two_readers_has_one_use_too(tmp_path):
     """Where each reader takes other pictures of it: the second lists two of the sixteen."""
     folder = tmp_path / "both" / "garden"
