@@ -34,10 +34,14 @@ def readable(error: ValidationError, model: type[BaseModel], *parents: str) -> U
         return UserError(subject, fault, f"add {first['ctx']['discriminator']}")
     if first["type"] == "union_tag_not_found":
         return UserError(subject, "names no source", f"add source: {' or '.join(readers())}")
-    if first["type"] != "extra_forbidden":
+    if first["type"] not in ("missing", "extra_forbidden"):
         return UserError(subject, fault, "correct the value")
     word = str(first["loc"][-1])
     keys = (*parents, *map(str, first["loc"]))
+    if first["type"] == "missing":
+        found = _places(word, model.model_json_schema())
+        near = max(found, key=lambda place: (_shared(place, keys), -len(place)), default=None)
+        return UserError(subject, fault, "add it" if near is None else f"add it: {_meaning(found[near])}")
     others = [name for name, reader in readers().items() if word in reader.model_fields]
     if keys[0] == "datasets" and len(keys) == 4 and others:
         return UserError(subject, f"is a key of source {' or '.join(others)}, not of {keys[2]}", "remove it")
@@ -70,9 +74,20 @@ def check_numbers(values: object, checked: object, *keys: str) -> None:
             check_numbers(value, each, *keys, str(index))
 
 
-def _places(word: str, schema: dict[str, Any]) -> list[tuple[str, ...]]:
-    """Return where a model has fields called ``word``: the keys above it and itself; ``NAME`` stands for any name."""
-    definitions, found = schema.get("$defs", {}), []
+def _meaning(schema: Mapping[str, Any]) -> str:
+    """Return what a field is for and, where only some values are allowed, which."""
+    described = str(schema.get("description", "docs/data.md and workflows/schemas/config.json say what it is for"))
+    choices = [choice for choice in map(str, schema.get("enum", [])) if choice not in described]
+    return f"{described} ({', '.join(choices)})" if choices else described
+
+
+def _places(word: str, schema: dict[str, Any]) -> dict[tuple[str, ...], dict[str, Any]]:
+    """Return where a model has fields called ``word``: the keys above it and itself; ``NAME`` stands for any name.
+
+    Beside each place stands the schema of the field.
+    """
+    definitions = schema.get("$defs", {})
+    found: dict[tuple[str, ...], dict[str, Any]] = {}
     waiting: list[tuple[tuple[str, ...], dict[str, Any]]] = [((), schema)]
     while waiting:
         keys, part = waiting.pop()
@@ -80,11 +95,11 @@ def _places(word: str, schema: dict[str, Any]) -> list[tuple[str, ...]]:
             waiting.append((keys, definitions[part["$ref"].rpartition("/")[2]]))
         for key, inside in part.get("properties", {}).items():
             waiting.append(((*keys, key), inside))
-            found += [(*keys, key)] if key == word else []
+            found |= {(*keys, key): inside} if key == word else {}
         waiting += [(keys, each) for kind in ("anyOf", "oneOf", "allOf") for each in part.get(kind, [])]
         named = [*part.get("patternProperties", {}).values(), part.get("additionalProperties")]
         waiting += [((*keys, "NAME"), each) for each in named if isinstance(each, dict)]
-    return sorted(set(found))
+    return dict(sorted(found.items()))
 
 
 def _shared(place: Sequence[str], other: Sequence[str]) -> int:

@@ -59,6 +59,14 @@ def test_every_scale_follows_the_schema(path):
             {"datasets": values()["datasets"] | {"orbit_per_scene": {"source": "captures", "folder": "x"}}},
             "datasets: .*the name orbit_per_scene ends in _per_scene, as a file beside the table of orbit would;",
         ),
+        (
+            {"datasets": values()["datasets"] | {"x": {"source": "nerfstudio", "folder": "."}}},
+            r"configuration: datasets\.x\.axes: is missing; add it: .*opengl \(.*opencv \(",
+        ),
+        (
+            {"datasets": values()["datasets"] | {"x": {"source": "embedded", "seeds": [0]}}},
+            r"datasets\.x\.pattern: is missing; add it: .*walkthrough",
+        ),
         ({"datasets": {}}, "configuration: .*names the data set handheld_training, which is none of"),
         (
             {"distortions": {"training": ["orbit"], "held_out": ["orbit"]}},
