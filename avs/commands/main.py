@@ -72,7 +72,7 @@ def sources(
     ] = None,
 ) -> None:
     """Take what holds for every command."""
-    remember_sources(made_of, read or [], planned_with)
+    remember_sources(made_of, read or [], planned_with, sys.argv[1:])
 
 
 for stage in STAGES:

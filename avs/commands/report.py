@@ -38,7 +38,8 @@ def scene_table(episodes: Episodes, dataset: Dataset, settings: SettingsFile, ou
         from avs.report.tables.scene_by_scene import write_scene_table
 
         told = read_settings(settings, SceneTableJob)
-        write_scene_table(episodes, told.methods, dataset, list(map(Path, told.published)), out, told.absent)
+        published = list(map(Path, told.published))
+        write_scene_table(episodes, told.methods, dataset, published, out, told.absent, told.left_out)
 
 
 @commands.command("significance_table")
@@ -47,11 +48,11 @@ def significance_table(
 ) -> None:
     """Write which methods of a data set differ, as csv, md and tex."""
     with job(log):
-        from avs.config.report_jobs import RowsJob
+        from avs.config.report_jobs import SignificanceJob
         from avs.report.tables.method_significance import write_significance_table
 
-        told = read_settings(settings, RowsJob)
-        write_significance_table(episodes, told.methods, dataset, out, told.absent)
+        told = read_settings(settings, SignificanceJob)
+        write_significance_table(episodes, told.methods, dataset, out, told.absent, told.left_out)
 
 
 @commands.command("critical_difference")
@@ -75,17 +76,18 @@ def side_by_side_table(episodes: Episodes, settings: SettingsFile, out: Stem, lo
         from avs.report.tables.data_sets_side_by_side import ShownDataSet, write_side_by_side_table
 
         told = read_settings(settings, SideBySideJob).data_sets
-        methods = [method for each in told.values() for method in each.methods]
+        methods = [method for each in told for method in each.methods]
         found = {each.dataset: each for each in read_episodes(episodes, methods)}
         sets = [
             ShownDataSet(
-                found[name],
+                found[each.dataset],
                 each.methods,
                 each.absent,
                 None if each.published is None else Path(each.published),
                 each.pictures,
+                each.left_out,
             )
-            for name, each in told.items()
+            for each in told
         ]
         write_side_by_side_table(sets, out)
 

@@ -20,10 +20,12 @@ from avs.config.report_jobs import (
     CoverageTableJob,
     DrawnJob,
     FigureJob,
+    NamedTableJob,
     RowsJob,
     SceneTableJob,
     SensitivityJob,
     SideBySideJob,
+    SignificanceJob,
     SummaryJob,
     TableJob,
 )
@@ -114,24 +116,24 @@ def _runtime_table(config: Config, _: str) -> RowsJob:
 
 
 def _nvs_table(config: Config, dataset: str) -> TableJob:
-    left_out = dict(config.datasets[dataset].left_out())
     reader = config.datasets[dataset]
     pictures = reader.model_dump(include=set(PICTURES)) if isinstance(reader, FolderReader) else {}
     return TableJob(
         **rows_of(config, dataset),
         published=published_means(config, dataset),
         reference=config.report.reference,
-        left_out=left_out,
+        left_out=dict(reader.left_out()),
         pictures=pictures,
     )
 
 
 def _side_by_side_table(config: Config, _: str) -> SideBySideJob:
-    return SideBySideJob(data_sets={name: _nvs_table(config, name) for name in side_by_side(config)})
+    told = (dict(_nvs_table(config, name)) | {"dataset": name} for name in side_by_side(config))
+    return SideBySideJob(data_sets=tuple(NamedTableJob(**each) for each in told))
 
 
 def _scene_table(config: Config, dataset: str) -> SceneTableJob:
-    return SceneTableJob(**rows_of(config, dataset), published=published_scenes(config, dataset))
+    return SceneTableJob(**dict(_significance_table(config, dataset)), published=published_scenes(config, dataset))
 
 
 def _runtime_summary(config: Config, summary: str) -> SummaryJob:
@@ -141,8 +143,8 @@ def _runtime_summary(config: Config, summary: str) -> SummaryJob:
     return SummaryJob(**told, published=f"{FOLDER}/{RUNTIME_NAMES[summary]}")
 
 
-def _significance_table(config: Config, dataset: str) -> RowsJob:
-    return RowsJob(**rows_of(config, dataset))
+def _significance_table(config: Config, dataset: str) -> SignificanceJob:
+    return SignificanceJob(**rows_of(config, dataset), left_out=dict(config.datasets[dataset].left_out()))
 
 
 def _critical_difference(config: Config, dataset: str) -> FigureJob:

@@ -59,13 +59,25 @@ class TableJob(RowsJob):
     pictures: dict[str, Any] = Field(description="settings of the size of images and of the split, empty if not known")
 
 
+class NamedTableJob(TableJob):
+    """What is read of one of several data sets."""
+
+    dataset: str = Field(description="its name")
+
+
 class SideBySideJob(StrictModel):
     """What the table of several data sets reads."""
 
-    data_sets: dict[str, TableJob] = Field(description="the data sets by name, in the order of columns")
+    data_sets: tuple[NamedTableJob, ...] = Field(description="the data sets in the order of columns")
 
 
-class SceneTableJob(RowsJob):
+class SignificanceJob(RowsJob):
+    """What the table of which methods differ reads."""
+
+    left_out: dict[str, Reason] = Field(description="why something that looks like a scene is none, by its name")
+
+
+class SceneTableJob(SignificanceJob):
     """What the table of single scenes reads."""
 
     published: tuple[str, ...] = Field(description="files of the published values to print beside its own")

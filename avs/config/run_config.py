@@ -154,6 +154,11 @@ class Config(StrictModel):
                 raise ValueError(f"distortions names the data set {name}, which is none of {', '.join(self.datasets)}")
             if self.datasets[name].methods is not None:
                 raise ValueError(f"datasets.{name}.methods is of a data set for scorers, on which no method runs")
+        # A file that is laid over another names the data sets for scorers anew, and keeps what that says of others.
+        for name in self.distortions.representations if self.distortions is not None else ():
+            if name not in self.datasets:
+                told = ", ".join(self.datasets)
+                raise ValueError(f"distortions.representations names the data set {name}, which is none of {told}")
         for name, dataset in self.datasets.items():
             if name in STAND_INS and (dataset.source, getattr(dataset, "pattern", None)) != ("embedded", name):
                 twin = PRINTED_NAMES[STAND_INS[name]]

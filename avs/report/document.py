@@ -36,6 +36,7 @@ class Cell:
         published: the paper's value with its digits, or None.
         cause: words that stand in place of a missing number, or None for a dash.
         text: a number that is printed with the digits it has here, in place of the value; or None.
+        ranked: whether the value may have a rank where its row competes.
     """
 
     value: float | None = None
@@ -44,6 +45,7 @@ class Cell:
     published: str | None = None
     cause: str | None = None
     text: str | None = None
+    ranked: bool = True
 
     @property
     def difference(self) -> float | None:

@@ -79,9 +79,11 @@ def incomplete_documents(run: UnfinishedRun) -> tuple[dict[str, Document], list[
             beside = (table.published, run.absent, run.reference, table.left_out, table.pictures)
             documents[f"{_NVS}{table.dataset}"] = view_synthesis(episodes, table.methods, *beside)
             documents[f"scenes_{table.dataset}"] = scene_by_scene(
-                episodes, table.methods, table.published_scenes, run.absent
+                episodes, table.methods, table.published_scenes, run.absent, table.left_out
             )
-            documents[f"significance_{table.dataset}"] = method_significance(episodes, table.methods, run.absent)
+            documents[f"significance_{table.dataset}"] = method_significance(
+                episodes, table.methods, run.absent, table.left_out
+            )
             collected[table.dataset] = episodes
         if table.states:
             with _left_out_into(lines):
@@ -114,8 +116,10 @@ def _shown(run: UnfinishedRun, collected: Mapping[str, Episodes]) -> list[ShownD
     """Return the data sets that one table has side by side."""
     tables = {table.dataset: table for table in run.tables}
     return [
-        ShownDataSet(collected[name], tables[name].methods, run.absent, tables[name].published, tables[name].pictures)
-        for name in run.side_by_side
+        ShownDataSet(
+            collected[table.dataset], table.methods, run.absent, table.published, table.pictures, table.left_out
+        )
+        for table in (tables[name] for name in run.side_by_side)
     ]
 
 

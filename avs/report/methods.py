@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 
 from avs.report.collect import Episodes
 from avs.selection import registry
@@ -36,6 +37,17 @@ class Presented:
     def ranked(self) -> bool:
         """Whether its mean has a place among the others'."""
         return self.competes and self.whole
+
+
+def presented_in_columns(identifier: str, columns: Iterable[Episodes]) -> Presented:
+    """Return how a method is presented in a table whose columns are of other episodes each.
+
+    That is as the first says in which it competes, or in which it ran. Whether it competes, and is whole, in one of
+    them is a matter of its cells there (``avs.report.document.Cell.ranked``): a gap in one says nothing of another.
+    """
+    found = [presented(identifier, each) for each in columns if each.cells.get(identifier)]
+    first = next((each for each in found if each.competes), found[0] if found else presented(identifier))
+    return replace(first, whole=True)
 
 
 def presented(identifier: str, episodes: Episodes | None = None) -> Presented:

@@ -10,13 +10,14 @@ import signal
 import stat
 import sys
 import traceback
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NoReturn
 
 from avs.system.code_inputs import ABSENT, digest
 from avs.system.faults import Terminated, ending
 from avs.system.files import touched
+from avs.system.job_command import command_digest
 from avs.system.ledger import Origin, write_ledger
 from avs.system.loaded_sources import check_loaded
 
@@ -39,15 +40,18 @@ def die_with_parent() -> None:
         os.kill(os.getpid(), signal.SIGKILL)
 
 
-def remember_sources(stamp: str | None, read: Iterable[str], planned_with: Path | None) -> None:
+def remember_sources(stamp: str | None, read: Iterable[str], planned_with: Path | None, words: Sequence[str]) -> None:
     """Keep what the workflow tells of the files that a job reads, for the end of this process's job.
 
     Args:
-        stamp: of those that no job makes; goes into the list of what is written.
+        stamp: of those that no job makes; goes into the list of what is written, with a digest of the command.
         read: those that other jobs make; their hashes, as they are now, go there, too.
         planned_with: see ``avs.system.loaded_sources.check_loaded``.
+        words: the command and its arguments; see ``avs.system.job_command.command_digest``.
     """
-    _origins[:] = [] if stamp is None else [Origin(stamp, {path: digest(path) or ABSENT for path in read})]
+    _origins[:] = []
+    if stamp is not None:
+        _origins.append(Origin(f"{stamp} {command_digest(words)}", {path: digest(path) or ABSENT for path in read}))
     _planned_with[:] = [] if planned_with is None else [planned_with]
 
 

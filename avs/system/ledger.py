@@ -40,8 +40,8 @@ class Origin:
     """What a job was made from.
 
     Attributes:
-        stamp: tells of what it read and no job makes: the ``stamp`` of ``avs.system.code_inputs``; a program's command
-            stands behind it.
+        stamp: tells of what it read and no job makes: the ``stamp`` of ``avs.system.code_inputs``; a program's command,
+            or the digest of a command of the suite, stands behind it.
         read: hash of each file that it read and another job makes, by path.
     """
 

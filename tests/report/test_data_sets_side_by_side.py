@@ -42,6 +42,19 @@ def test_each_data_set_has_its_columns_and_marks(document):
     assert "| Random | 20.00 ± 0.00 (2) | **0.600 ± 0.000** | **0.300 ± 0.000** | – | – | – | – |" in lines[5]  # noqa: RUF001
 
 
+def test_a_gap_in_one_data_set_takes_no_mark_from_another(episode, written):
+    rooms = [episode(method, seed=seed, psnr=(value,), dataset="rooms") for method, value in BOTH for seed in (0, 1)]
+    hall = [each.model_copy(update={"dataset": "hall"}) for each in rooms]
+    lacking = [each for each in rooms if (each.method, each.seed) != ("fisherrf", 1)]
+    found = {each.dataset: each for each in read_episodes(written(lacking + hall), ["random", "fisherrf"])}
+    sets = [ShownDataSet(found[name], ["random", "fisherrf"], {}, None) for name in ("rooms", "hall")]
+    told = side_by_side(sets, "re10k_mfr")
+    marks = {row.identifier: [cell.rank for cell in row.cells] for group in told.groups for row in group.rows}
+    assert (marks["fisherrf"][0], marks["fisherrf"][3]) == (None, 1)
+    assert (marks["random"][0], marks["random"][3]) == (1, 2)
+    assert "rooms: FisherRF: mean of seed 0 only, not to be ranked, no episode of attic with seed 1" in told.notes
+
+
 def test_a_note_of_both_stands_once_and_one_of_a_single_data_set_names_it(document):
     notes = document.notes
     assert notes.count("MUSIQ: weights musiq absent: fetch them") == 1

@@ -14,8 +14,12 @@ from avs.system.reasons import Reason
 from tests.report.test_setting_sensitivity import BASE, METHODS, SWAPPED, episodes_of, listed
 
 
-def document_of(episode, second=None, absent=None, **found):
-    episodes = {"first": episodes_of(episode, BASE), "second": second or episodes_of(episode, SWAPPED), **found}
+def document_of(episode, second=None, absent=None, first=None, **found):
+    episodes = {
+        "first": first or episodes_of(episode, BASE),
+        "second": second or episodes_of(episode, SWAPPED),
+        **found,
+    }
     return representation_agreement(episodes, METHODS, "orbit", absent or {name: {} for name in episodes})
 
 
@@ -41,6 +45,17 @@ def test_a_missing_episode_is_a_reason_in_its_cell_and_no_mean_of_the_rest(episo
     assert (row["psnr"], row["ssim"], row["rank"]) == ("", "", "")
     assert row["note"] == "episodes missing: attic with seed 1: it was killed"
     assert document.caption[0] == "Incomplete: 1 of 8 means are missing."
+
+
+def test_a_gap_on_one_representation_takes_no_mark_from_another(episode):
+    first = episodes_of(episode, BASE | {"piqe": (23.0,)}, missing={"piqe": {("attic", 1): "it was killed"}})
+    document = document_of(episode, first=first)
+    rows = {(row["representation"], row["method"]): row for row in listed(document.listing)}
+    assert [rows["first", method]["rank"] for method in METHODS] == [3, 2, 1, ""]
+    assert [rows["second", method]["rank"] for method in METHODS] == [3, 4, 2, 1]
+    marks = {row.identifier: [cell.rank for cell in row.cells] for group in document.groups for row in group.rows}
+    assert (marks["piqe"][0], marks["piqe"][4]) == (None, 1)
+    assert (marks["fisherrf"][0], marks["fisherrf"][4]) == (1, 2)
 
 
 def test_a_representation_that_a_method_does_not_suit_says_so(episode):

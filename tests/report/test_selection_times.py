@@ -57,6 +57,24 @@ def test_values_by_hand(episode, table):
     assert "NVIDIA 4090" in latex
 
 
+def test_a_psnr_of_fewer_seeds_has_no_mark_and_the_times_beside_it_have(episode, table):
+    episodes = [episode("fisherrf", seed=seed, psnr=(20.0,)) for seed in (0, 1)]
+    episodes.append(episode("fisherrf4", seed=0, psnr=(30.0,)))
+    _, markdown, _ = table([make_record(), make_record("fisherrf4", total=(0.1,))], episodes, ["fisherrf", "fisherrf4"])
+    four = next(line for line in markdown.splitlines() if "| fisherrf4 |" in line)
+    assert "| 30.00 |" in four
+    assert "**0.100**" in four
+    assert "- fisherrf4, PSNR: mean of seed 0 only, not to be ranked, no episode of attic with seed 1" in markdown
+
+
+def test_times_with_other_packages_have_no_marks(episode, table):
+    records = [make_record(packages={"torch": "2.13.0"}), make_record("fisherrf4", packages={"torch": "2.14.0"})]
+    _, markdown, _ = table(records, [episode("fisherrf"), episode("fisherrf4")], ["fisherrf", "fisherrf4"])
+    assert "**0.300**" not in markdown
+    told = "times have no marks, because methods were timed with other versions of torch: 2.13.0: fisherrf; 2.14.0: "
+    assert f"- {told}fisherrf4" in markdown
+
+
 def test_a_method_without_a_time_keeps_its_row_with_the_reason(episode, table):
     reason = "weights maniqa absent: python -m avs weights fetch maniqa"
     absent = {

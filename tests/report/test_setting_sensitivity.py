@@ -77,6 +77,17 @@ def test_a_missing_episode_is_a_reason_in_its_cell_and_no_mean_of_the_rest(episo
     assert "episodes missing" in document_markdown(document)
 
 
+def test_a_gap_under_the_runs_own_settings_takes_no_mark_from_a_variant(episode):
+    base = episodes_of(episode, BASE | {"piqe": (23.0,)}, missing={"piqe": {("attic", 1): "it was killed"}})
+    document = setting_sensitivity(base, {"other": episodes_of(episode, SWAPPED)}, METHODS, {})
+    rows = {(row["setting"], row["method"]): row for row in listed(document.listing)}
+    assert [rows["base", method]["rank"] for method in METHODS] == [3, 2, 1, ""]
+    assert [rows["other", method]["rank"] for method in METHODS] == [3, 4, 2, 1]
+    marks = {row.identifier: [cell.rank for cell in row.cells] for group in document.groups for row in group.rows}
+    assert (marks["piqe"][0], marks["piqe"][2]) == (None, 1)
+    assert (marks["fisherrf"][0], marks["fisherrf"][2]) == (1, 2)
+
+
 def test_a_variant_without_any_episode_keeps_its_columns(episode):
     document = setting_sensitivity(episodes_of(episode, BASE), {"other": Episodes("orbit", {})}, METHODS, {})
     assert all(row["note"].startswith("no episode") for row in listed(document.listing) if row["setting"] == "other")

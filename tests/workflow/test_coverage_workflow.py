@@ -90,5 +90,5 @@ def test_what_is_there_of_a_run_is_tabulated(copied):
     words = [sys.executable, "-m", "avs", "report", RESULTS]
     result = subprocess.run(words, cwd=copied, env=environment(), capture_output=True, text=True, check=True)
     assert "Scene coverage by structure from motion" in result.stdout
-    assert "Incomplete: 1 of 2 episodes is missing" in result.stdout
+    assert "Incomplete: 1 of 2 records of coverage is missing" in result.stdout
     assert "no coverage: " in result.stdout

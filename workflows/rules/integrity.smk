@@ -6,7 +6,9 @@ from snakemake.exceptions import WorkflowError
 from snakemake.io import is_flagged
 from snakemake.jobs import Job
 from snakemake.persistence import PersistenceBase
+from snakemake.utils import format as filled_in
 
+from avs.system.job_command import digest_of_line
 from avs.system.ledger import find_damage, origin_of
 from avs.system.loaded_sources import write_sources
 from avs.system.records import CHANGED
@@ -109,10 +111,17 @@ def find_unasked(dag):
 
 
 def told_of(job):
-    """Return what a job is told of its sources: the stamp, a program's command behind it, and the files of other jobs."""
+    """Return what a job is told of its sources: the stamp with its command behind it, and the files of other jobs."""
     stamp, *options = job.params.made_of
     command = getattr(job.params, "program", None)
-    return (stamp if command is None else f"{stamp} {command}"), options[1::2]
+    return f"{stamp} {command or digest_of_line(line_of(job))}", options[1::2]
+
+
+def line_of(job):
+    """Return the line that starts a job; ``job.shellcmd`` is for those alone that are in the plan."""
+    names = ("input", "output", "params", "wildcards", "threads", "log")
+    told = {name: getattr(job, name) for name in names}
+    return filled_in(job.rule.shellcmd, AVS=AVS, **told)
 
 
 def has_other_sources(job):

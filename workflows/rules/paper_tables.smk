@@ -44,7 +44,7 @@ def side_by_side_episodes(wildcards):
 
 def side_by_side_published(wildcards):
     told = settings_of(settings, "side_by_side_table").data_sets
-    return [each.published for each in told.values() if each.published]
+    return [each.published for each in told if each.published]
 
 
 def paper_tables(wildcards):

@@ -36,7 +36,8 @@ def arranged(
     """
     ranked = {method.identifier: list(cells[method.identifier]) for method in methods}
     for index, column in enumerate(columns):
-        values = {method.identifier: cells[method.identifier][index].value for method in methods if method.ranked}
+        own = {method.identifier: cells[method.identifier][index] for method in methods if method.ranked}
+        values = {identifier: cell.value for identifier, cell in own.items() if cell.ranked}
         for identifier, rank in ranks(values, column.metric).items():
             ranked[identifier][index] = replace(ranked[identifier][index], rank=rank)
     return tuple(

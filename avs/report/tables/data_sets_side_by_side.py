@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +11,14 @@ from avs.report.collect import Episodes
 from avs.report.document import Cell, Document, Listing
 from avs.report.formats.writing import write_document
 from avs.report.machines import machine_notes
-from avs.report.methods import Presented, presented
+from avs.report.methods import Presented, presented, presented_in_columns
 from avs.report.published import Published, called, headed, published_note, read_published
 from avs.report.tables.arrangement import arranged
+from avs.report.tables.episode_columns import told_by_columns
 from avs.report.tables.episode_entries import FIELDS, Numbers, entry_cells, entry_listing, has_spread
 from avs.report.tables.episode_gaps import incomplete
 from avs.report.tables.published_columns import published_column, why_no_mean_difference
-from avs.report.tables.table_notes import missing_notes, scenes_and_seeds, span, spread_note, unranked_notes
+from avs.report.tables.table_notes import missing_notes, no_scenes, scenes_and_seeds, span, spread_note, unranked_notes
 from avs.report.tables.view_synthesis_numbers import COLUMNS, summarise_episodes
 from avs.system.reasons import Reason
 
@@ -32,6 +33,7 @@ class ShownDataSet:
         absent: why a method could not run, by identifier.
         published: a file of ``results/published``, or None.
         pictures: settings of the size of images and of the split, as far as they are known.
+        left_out: why something that looks like a scene is none, by its name.
     """
 
     episodes: Episodes
@@ -39,6 +41,7 @@ class ShownDataSet:
     absent: Mapping[str, Reason]
     published: Path | None
     pictures: Mapping[str, Any] = field(default_factory=dict)
+    left_out: Mapping[str, Reason] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -71,7 +74,8 @@ def side_by_side(sets: Sequence[ShownDataSet], label: str) -> Document:
         UserError: the published values cannot be read.
     """
     found = [_numbers(each) for each in sets]
-    rows = [_row(method, sets) for method in dict.fromkeys(method for each in sets for method in each.methods)]
+    methods = dict.fromkeys(method for each in sets for method in each.methods)
+    rows = [presented_in_columns(method, [each.episodes for each in sets]) for method in methods]
     columns = tuple(
         published_column(metric, each.paper, each.why_not, over=headed(each.shown.episodes.dataset))
         for each in found
@@ -81,8 +85,10 @@ def side_by_side(sets: Sequence[ShownDataSet], label: str) -> Document:
     notes = [
         *_by_data_set((each.shown.episodes.dataset, _missing(each, rows)) for each in found),
         *_by_data_set((each.episodes.dataset, spread_note(each.episodes, each.methods)) for each in sets),
+        *_by_data_set((each.episodes.dataset, no_scenes(each.left_out)) for each in sets),
         *(published_note(each.paper.dataset, each.why_not) for each in found if each.paper is not None),
         *machine_notes([path for each in sets for path in each.episodes.records]),
+        *told_by_columns({each.episodes.dataset: each.episodes for each in sets}, rows),
         *unranked_notes(rows),
     ]
     return Document(
@@ -101,16 +107,13 @@ def _numbers(shown: ShownDataSet) -> _Numbers:
     return _Numbers(shown, summarise_episodes(shown.episodes, shown.methods, None, shown.absent), paper, why_not)
 
 
-def _row(method: str, sets: Sequence[ShownDataSet]) -> Presented:
-    ran = (each.episodes for each in sets if method in each.episodes.cells)
-    return presented(method, next(ran, None))
-
-
 def _cells(numbers: _Numbers, method: str) -> list[Cell]:
     """Return the cells of a method in the columns of one data set; empty ones where it is no method of it."""
     if method not in numbers.entries:
         return [Cell() for _ in COLUMNS]
-    return entry_cells(COLUMNS, method, numbers.entries[method], {} if numbers.paper is None else numbers.paper.values)
+    beside = {} if numbers.paper is None else numbers.paper.values
+    ranked = presented(method, numbers.shown.episodes).ranked
+    return [replace(cell, ranked=ranked) for cell in entry_cells(COLUMNS, method, numbers.entries[method], beside)]
 
 
 def _of(numbers: _Numbers, rows: Sequence[Presented]) -> list[Presented]:

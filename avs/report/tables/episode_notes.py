@@ -6,6 +6,7 @@ from collections.abc import Collection, Hashable, Iterable, Mapping, Sequence
 
 from avs.nvs.record import Episode
 from avs.report.collect import Cell, Episodes, differing_settings
+from avs.report.machines import machine_notes
 from avs.report.methods import presented
 from avs.selection import registry
 from avs.system.errors import UserError
@@ -38,6 +39,16 @@ def grouped_notes(notes: Iterable[tuple[str, str]], scenes: Collection[str]) -> 
         names = "every scene" if len(found) > 1 and set(found) == set(scenes) else ", ".join(sorted(found))
         lines.append(f"{names}: {text}" if names else text)
     return lines
+
+
+def episode_notes(episodes: Episodes) -> list[str]:
+    """Return what sets some episodes of a data set apart from others, and the notes of all of them."""
+    return [
+        *own_schedules(episodes),
+        *own_settings(episodes),
+        *machine_notes(episodes.records),
+        *repeated_notes(episodes),
+    ]
 
 
 def notes_of_method(episodes: Episodes, method: str) -> list[str]:

@@ -12,10 +12,10 @@ from avs.report.document import Cell, Column, Document, Listing
 from avs.report.formats.numbers import EXTRA_DECIMALS, plain
 from avs.report.formats.writing import write_document
 from avs.report.intervals import OVER, Over
-from avs.report.machines import machine_notes
 from avs.report.methods import Presented, presented
 from avs.report.tables.arrangement import arranged, in_groups
 from avs.report.tables.episode_gaps import fewer_seeds, incomplete, missing_row
+from avs.report.tables.episode_notes import episode_notes
 from avs.report.tables.significance_numbers import Grid, Pair, grid_of, pairs_of, ranks_of, usual_deviation
 from avs.report.tables.significance_words import (
     differing_pairs,
@@ -24,6 +24,7 @@ from avs.report.tables.significance_words import (
     significance_caption,
     told_scenes,
 )
+from avs.report.tables.table_notes import no_scenes
 from avs.report.tables.view_synthesis_numbers import COLUMNS
 from avs.system.reasons import Reason
 from metrics.definitions import METRICS, Metric
@@ -94,7 +95,12 @@ class _Findings:
 
 
 def write_significance_table(
-    episodes: Sequence[Path], methods: Sequence[str], dataset: str, out: Path, absent: Mapping[str, Reason]
+    episodes: Sequence[Path],
+    methods: Sequence[str],
+    dataset: str,
+    out: Path,
+    absent: Mapping[str, Reason],
+    left_out: Mapping[str, Reason] | None = None,
 ) -> None:
     """Write ``out`` with the suffixes ``.csv``, ``.md`` and ``.tex``, ``_pairs.csv`` and ``_ranks.csv``.
 
@@ -106,20 +112,28 @@ def write_significance_table(
         dataset: name of the data set.
         out: path of the table without suffix.
         absent: see ``method_significance``.
+        left_out: see ``method_significance``.
 
     Raises:
         UserError: no episodes; or a record is missing, damaged, of another data set or not comparable with the others.
     """
-    write_document(method_significance(read_dataset(episodes, methods, dataset), methods, absent), out)
+    collected = read_dataset(episodes, methods, dataset)
+    write_document(method_significance(collected, methods, absent, left_out), out)
 
 
-def method_significance(episodes: Episodes, methods: Sequence[str], absent: Mapping[str, Reason]) -> Document:
+def method_significance(
+    episodes: Episodes,
+    methods: Sequence[str],
+    absent: Mapping[str, Reason],
+    left_out: Mapping[str, Reason] | None = None,
+) -> Document:
     """Return the table of the methods that compete; those without a rank are left out.
 
     Args:
         episodes: the episodes of one data set.
         methods: identifiers of the methods, in the order of rows.
         absent: why a method could not run, by identifier.
+        left_out: why something that looks like a scene of the data set is none, by its name.
     """
     rows = [each for method in methods if (each := presented(method, episodes)).competes]
     ordered = [each.identifier for _, members in in_groups(rows) for each in members]
@@ -137,7 +151,8 @@ def method_significance(episodes: Episodes, methods: Sequence[str], absent: Mapp
             *rank_notes(printed.ranks),
             *power_notes(printed.pairs, _PRINTED),
             *_gaps(episodes, rows, absent),
-            *machine_notes(episodes.records),
+            *no_scenes(left_out or {}),
+            *episode_notes(episodes),
         ),
         listing=_listing(found, rows, episodes, absent),
         appendices={"_pairs": _pair_listing(found), "_ranks": _rank_listing(found)},

@@ -11,7 +11,7 @@ from avs.report.document import Cell, Column, Document, Group, Listing, Row
 from avs.report.formats.numbers import plain
 from avs.report.formats.writing import write_document
 from avs.report.machines import machine_notes
-from avs.report.methods import Presented, presented
+from avs.report.methods import Presented, presented_in_columns
 from avs.report.published import called
 from avs.report.tables.arrangement import arranged
 from avs.report.tables.episode_columns import (
@@ -91,7 +91,7 @@ def representation_agreement(
     """
     _check_comparable(episodes)
     grid = places_of(episodes)
-    shown = {method: _presented(method, episodes) for method in methods}
+    shown = {method: presented_in_columns(method, episodes.values()) for method in methods}
     found = {name: standings(each, list(shown.values()), grid, absent.get(name, {})) for name, each in episodes.items()}
     means = {
         name: {method: _known(each, method, grid, found[name]) for method in methods} for name, each in episodes.items()
@@ -135,11 +135,6 @@ def _check_comparable(episodes: Mapping[str, Episodes]) -> None:
                 raise UserError(f"{name}, {episode.method}", "has another representation than others", "run all again")
 
 
-def _presented(method: str, episodes: Mapping[str, Episodes]) -> Presented:
-    having = [each for each in episodes.values() if each.cells.get(method)]
-    return presented(method, having[0] if having else None)
-
-
 def _known(
     episodes: Episodes, method: str, grid: Sequence[Place], standing: Mapping[str, Standing]
 ) -> dict[str, float | None]:
@@ -158,7 +153,8 @@ def _columns(name: str) -> list[Column]:
 
 def _cells(standing: Standing, means: Mapping[str, float | None]) -> list[Cell]:
     cause = None if standing.missing is None else standing.missing.cause
-    values = [Cell(means["psnr"], cause=cause), *(Cell(means[metric]) for metric in METRICS[1:])]
+    ranked = standing.rank is not None
+    values = [Cell(means[metric], cause=cause if metric == "psnr" else None, ranked=ranked) for metric in METRICS]
     return [*values, Cell(None if standing.rank is None else float(standing.rank))]
 
 

@@ -11,7 +11,7 @@ from avs.report.collect import Episodes
 from avs.report.document import Cell, Column, Document, Listing
 from avs.report.formats.numbers import EXTRA_DECIMALS, plain
 from avs.report.formats.writing import write_document
-from avs.report.methods import Presented, presented
+from avs.report.methods import Presented, presented_in_columns
 from avs.report.published import Published, read_published
 from avs.report.tables.arrangement import arranged
 from avs.report.tables.selection_times import BESIDE, PUBLISHED_SCENE
@@ -19,6 +19,7 @@ from avs.report.tables.selection_times_numbers import COLUMNS, Times, read_runti
 from avs.report.tables.table_notes import whole_row
 from avs.report.tables.timing_words import (
     episodes_of_scene,
+    is_ranked,
     ranked_times,
     timing_caption,
     timing_notes,
@@ -95,7 +96,7 @@ def runtime_summary(
         UserError: the published values cannot be read.
     """
     paper = read_published(published, PUBLISHED_SCENE)
-    rows = [presented(method, episodes) for method in methods]
+    rows = [presented_in_columns(method, [episodes]) for method in methods]
     metrics = [metric for name in SUMMARIES[summary] for metric in COLUMNS if metric.identifier == name]
     all_numbers = summarise_runtime(records, episodes, [row.identifier for row in rows], absent)
     numbers = {
@@ -103,7 +104,7 @@ def runtime_summary(
     }
     timed = [records[row.identifier] for row in rows if row.identifier in records]
     columns = tuple(_column(metric, paper) for metric in ranked_times(metrics, timed))
-    cells = {method: _cells(method, row, paper) for method, row in numbers.items()}
+    cells = {method: _cells(method, row, paper, episodes) for method, row in numbers.items()}
     return Document(
         label=f"runtime-{summary}",
         caption=(*untimed_methods(episodes, untimed), *timing_caption(timed or list(records.values()))),
@@ -119,13 +120,14 @@ def _column(metric: Metric, paper: Published) -> Column:
     return Column(metric, "published, Garden" if known else None)
 
 
-def _cells(method: str, row: Mapping[str, Times], paper: Published) -> list[Cell]:
+def _cells(method: str, row: Mapping[str, Times], paper: Published, episodes: Episodes) -> list[Cell]:
     whole = whole_row(times.missing for times in row.values())
     return [
         Cell(
             times.value,
             cause=whole.cause if whole is not None and index == 0 else None,
             published=paper.values.get((method, BESIDE.get(name, ""))),
+            ranked=is_ranked(name, method, episodes),
         )
         for index, (name, times) in enumerate(row.items())
     ]

@@ -10,11 +10,12 @@ from avs.report.document import Cell, Column, Document, Group, Listing, Row
 from avs.report.formats.numbers import EXTRA_DECIMALS, plain
 from avs.report.formats.writing import write_document
 from avs.report.methods import Presented, presented
-from avs.report.published import MEAN, PRINTED_NAMES, Published, called, read_published
+from avs.report.published import MEAN, PRINTED_NAMES, SCENES, Published, called, read_published
 from avs.report.tables.arrangement import in_groups, ranks
 from avs.report.tables.episode_entries import Numbers
 from avs.report.tables.episode_gaps import incomplete
-from avs.report.tables.table_notes import missing_notes, scenes_and_seeds, span, unranked_notes
+from avs.report.tables.episode_notes import episode_notes
+from avs.report.tables.table_notes import missing_notes, no_scenes, scenes_and_seeds, span, unranked_notes
 from avs.report.tables.view_synthesis_numbers import COLUMNS, scene_value, summarise_episodes
 from avs.system.reasons import Reason
 from metrics.definitions import Metric
@@ -35,6 +36,7 @@ def write_scene_table(
     published: Sequence[Path],
     out: Path,
     absent: Mapping[str, Reason],
+    left_out: Mapping[str, Reason] | None = None,
 ) -> None:
     """Write ``out`` with the suffixes ``.csv``, ``.md`` and ``.tex``; equal records give equal bytes.
 
@@ -42,20 +44,26 @@ def write_scene_table(
         UserError: no episodes; a record is missing, damaged, of another data set or not comparable with the others; or
             the published values cannot be read.
     """
-    write_document(scene_by_scene(read_dataset(episodes, methods, dataset), methods, published, absent), out)
+    collected = read_dataset(episodes, methods, dataset)
+    write_document(scene_by_scene(collected, methods, published, absent, left_out), out)
 
 
 def scene_by_scene(
-    episodes: Episodes, methods: Sequence[str], published: Sequence[Path], absent: Mapping[str, Reason]
+    episodes: Episodes,
+    methods: Sequence[str],
+    published: Sequence[Path],
+    absent: Mapping[str, Reason],
+    left_out: Mapping[str, Reason] | None = None,
 ) -> Document:
     """Return the table: each value is the mean over test images, then over the seeds that a method has completely.
 
     Args:
         episodes: the episodes of one data set.
         methods: identifiers of the methods, in the order of columns.
-        published: files of ``results/published`` with values of the scenes and their means; the first that has a scene
+        published: files of ``results/published`` with values of the scenes and their means; the first that has a value
             counts.
         absent: why a method could not run, by identifier.
+        left_out: why something that looks like a scene of the data set is none, by its name.
 
     Raises:
         UserError: the published values cannot be read.
@@ -71,7 +79,13 @@ def scene_by_scene(
         groups=tuple(Group("", tuple(_rows(episodes, columns, numbers, papers, metric)), metric) for metric in COLUMNS),
         notes=tuple(
             dict.fromkeys(
-                [*missing_notes(episodes, COLUMNS, columns, reasons), *_paper_notes(papers), *unranked_notes(columns)]
+                [
+                    *missing_notes(episodes, COLUMNS, columns, reasons),
+                    *no_scenes(left_out or {}),
+                    *_paper_notes(papers),
+                    *episode_notes(episodes),
+                    *unranked_notes(columns),
+                ]
             )
         ),
         listing=_listing(episodes, columns, numbers, papers),
@@ -82,15 +96,23 @@ def scene_by_scene(
 def _papers(published: Sequence[Path], scenes: Sequence[str]) -> _Papers:
     """Return the paper's values by scene, and its means; what it has nothing of is left out.
 
-    A scene may be called as the file calls its means: such a one is none of the paper's.
+    Its means are left out, too, beside some of its scenes alone, or others: they would stand under means of these. A
+    scene may be called as the file calls its means: such a one is none of the paper's.
     """
     found: dict[str | None, Published] = {}
     for scene in (*(name for name in scenes if name != MEAN), None):
+        if scene is None and found and set(scenes) != SCENES.get(_source(found), frozenset()):
+            continue
         for path in published:
             paper = read_published(path, MEAN if scene is None else scene)
+            known = found[scene].values if scene in found else {}
             if paper.values:
-                found.setdefault(scene, paper)
+                found[scene] = Published(paper.dataset, paper.values | known)
     return found
+
+
+def _source(papers: _Papers) -> str:
+    return next(iter(papers.values())).dataset
 
 
 def _rows(
@@ -135,8 +157,15 @@ def _paper_notes(papers: _Papers) -> list[str]:
     if not papers:
         return []
     scenes = [scene for scene in papers if scene is not None]
-    told = f"on {', '.join(scenes)} and their mean" if scenes else "as means over its own scenes"
-    return [f"published: the paper's values {told}, one run without a spread, for orientation alone"]
+    told = f"on {', '.join(scenes)}" if scenes else "as means over its own scenes"
+    if scenes and None in papers:
+        told += " and their mean"
+    lines = [f"published: the paper's values {told}, one run without a spread, for orientation alone"]
+    if None not in papers:
+        own = ", ".join(sorted(SCENES.get(_source(papers), ())))
+        over = f": it is over {own}" if own else ", whose scenes it does not name"
+        lines.append(f"the paper's mean is left out{over}")
+    return lines
 
 
 def _listing(episodes: Episodes, columns: Sequence[Presented], numbers: Numbers, papers: _Papers) -> Listing:

@@ -10,13 +10,14 @@ from avs.report.collect import Episodes
 from avs.report.document import Cell, Column, Document, Listing
 from avs.report.formats.numbers import EXTRA_DECIMALS, plain
 from avs.report.formats.writing import write_document
-from avs.report.methods import Presented, presented
+from avs.report.methods import Presented, presented_in_columns
 from avs.report.published import read_published
 from avs.report.tables.arrangement import arranged
 from avs.report.tables.selection_times_numbers import COLUMNS, Times, read_runtimes, summarise_runtime
 from avs.report.tables.table_notes import whole_row
 from avs.report.tables.timing_words import (
     episodes_of_scene,
+    is_ranked,
     ranked_times,
     timing_caption,
     timing_notes,
@@ -96,10 +97,10 @@ def selection_times(
     paper = {key: text for path in published for key, text in read_published(path, PUBLISHED_SCENE).values.items()}
     metrics = [*COLUMNS, *(_PUBLISHED_COLUMNS if paper else ())]
     numbers = summarise_runtime(records, episodes, methods, absent)
-    rows = [presented(method, episodes) for method in methods]
+    rows = [presented_in_columns(method, [episodes]) for method in methods]
     ordered = [records[method] for method in methods if method in records]
     columns = tuple(map(Column, ranked_times(metrics, ordered)))
-    cells = {method: _cells(method, numbers[method], paper) for method in methods}
+    cells = {method: _cells(method, numbers[method], paper, episodes) for method in methods}
     return Document(
         label=f"runtime-{ordered[0].scene}",
         caption=(*untimed_methods(episodes, untimed), *timing_caption(ordered)),
@@ -110,11 +111,15 @@ def selection_times(
     )
 
 
-def _cells(method: str, row: Mapping[str, Times], paper: _Paper) -> list[Cell]:
+def _cells(method: str, row: Mapping[str, Times], paper: _Paper, episodes: Episodes) -> list[Cell]:
     whole = whole_row(times.missing for times in row.values())
     cells = [
-        Cell(times.value, cause=whole.cause if whole is not None and index == 0 else None)
-        for index, times in enumerate(row.values())
+        Cell(
+            times.value,
+            cause=whole.cause if whole is not None and index == 0 else None,
+            ranked=is_ranked(name, method, episodes),
+        )
+        for index, (name, times) in enumerate(row.items())
     ]
     texts = [paper.get((method, metric.identifier)) for metric in _PUBLISHED_COLUMNS] if paper else []
     return cells + [Cell(None if text is None else float(text)) for text in texts]

@@ -69,17 +69,7 @@ def read_runtimes(paths: Sequence[Path]) -> dict[str, Runtime]:
         if record.method in found:
             raise UserError(path, f"is a second record of {record.method}", "pass one record for each method")
         first = next(iter(found.values()), record)
-        for name in (
-            "scene_hash",
-            "seed",
-            "captured",
-            "candidates",
-            "iteration",
-            "image_size",
-            "device",
-            "machine",
-            "threads",
-        ):
+        for name in _SHARED:
             if getattr(record, name) != getattr(first, name):
                 fault = f"{name} is not that of {first.method}, so that their times cannot be compared"
                 raise UserError(path, fault, "time all methods again on one machine")

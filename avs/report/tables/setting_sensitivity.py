@@ -11,7 +11,7 @@ from avs.report.document import Cell, Column, Document, Group, Listing, Row
 from avs.report.formats.numbers import plain
 from avs.report.formats.writing import write_document
 from avs.report.machines import machine_notes
-from avs.report.methods import Presented, presented
+from avs.report.methods import Presented, presented_in_columns
 from avs.report.published import called
 from avs.report.report_settings import BASE
 from avs.report.tables.arrangement import arranged
@@ -85,7 +85,7 @@ def setting_sensitivity(
     settings = {BASE: base, **varied}
     check_scenes(settings)
     grid = places_of(settings)
-    rows = [presented(method, base) for method in methods]
+    rows = [presented_in_columns(method, [base]) for method in methods]
     records = [path for episodes in settings.values() for path in episodes.records]
     found = {name: standings(episodes, rows, grid, absent) for name, episodes in settings.items()}
     agreements = {name: agreement(found[BASE], each) for name, each in found.items()}
@@ -111,7 +111,8 @@ def _columns(name: str) -> tuple[Column, Column]:
 
 def _cells(standing: Standing) -> list[Cell]:
     cause = None if standing.missing is None else standing.missing.cause
-    return [Cell(standing.mean, cause=cause), Cell(None if standing.rank is None else float(standing.rank))]
+    mean = Cell(standing.mean, cause=cause, ranked=standing.rank is not None)
+    return [mean, Cell(None if standing.rank is None else float(standing.rank))]
 
 
 def _order(agreements: Mapping[str, Agreement]) -> Group:

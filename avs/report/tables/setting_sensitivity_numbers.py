@@ -63,7 +63,7 @@ def standings(
     does not under the first.
     """
     found = {each.identifier: _standing(episodes, each.identifier, grid, absent) for each in methods}
-    ranked = (each.identifier for each in methods if each.ranked and presented(each.identifier, episodes).competes)
+    ranked = (each.identifier for each in methods if each.competes and presented(each.identifier, episodes).competes)
     means = {method: found[method].mean for method in ranked}
     known = [value for value in means.values() if value is not None]
     for method, mean in means.items():

@@ -9,8 +9,8 @@ from pathlib import Path
 from avs.nvs.timing_record import Runtime
 from avs.report.collect import Episodes, read_episodes
 from avs.report.methods import Presented
-from avs.report.tables.episode_gaps import missing_episodes
-from avs.report.tables.episode_notes import repeated_notes
+from avs.report.tables.episode_gaps import fewer_seeds, missing_episodes
+from avs.report.tables.episode_notes import episode_notes
 from avs.report.tables.selection_times_numbers import Times
 from avs.report.tables.table_notes import count, unranked_notes
 from avs.system.errors import UserError
@@ -22,14 +22,33 @@ _Numbers = Mapping[str, Mapping[str, Times]]
 
 
 def ranked_times(metrics: Sequence[Metric], records: Sequence[Runtime]) -> list[Metric]:
-    """Return the metrics; times have no direction where another program may have had the core of one of them."""
-    unranked = any(map(_fought_over, records))
+    """Return the metrics; times have no direction where they cannot be compared.
+
+    That is where another program may have had the core of one of them, or where the packages of some are of other
+    versions.
+    """
+    unranked = any(map(_fought_over, records)) or bool(_differing_packages(records))
     return [replace(each, higher_is_better=None) if unranked and each.unit == "s" else each for each in metrics]
 
 
 def _fought_over(record: Runtime) -> bool:
     """Whether the machine had more work than cores while a method was timed."""
     return record.other_cores is not None and record.other_cores + record.threads > int(record.machine["cores"])
+
+
+def is_ranked(metric: str, method: str, episodes: Episodes) -> bool:
+    """Return whether a value has a place among those of other methods: a time always, a PSNR with all its episodes."""
+    return metric != "psnr" or not episodes.lacking(method)
+
+
+def _differing_packages(records: Sequence[Runtime]) -> dict[str, dict[str, list[str]]]:
+    """Return the packages whose versions differ between records, with the methods that each version timed."""
+    names = dict.fromkeys(name for record in records for name in record.packages)
+    found: dict[str, dict[str, list[str]]] = {name: {} for name in names}
+    for record in records:
+        for name in names:
+            found[name].setdefault(record.packages.get(name, "none"), []).append(record.label)
+    return {name: versions for name, versions in found.items() if len(versions) > 1}
 
 
 def episodes_of_scene(paths: Sequence[Path], methods: Sequence[str], timed: Mapping[str, Runtime]) -> Episodes:
@@ -83,6 +102,9 @@ def _load_notes(records: Sequence[Runtime]) -> list[str]:
         lines.append(f"times may be too long, because other programs kept cores busy meanwhile: {told}")
     if any(map(_fought_over, records)):
         lines.append("times have no marks, because there was more work than cores")
+    for name, versions in _differing_packages(records).items():
+        told = "; ".join(f"{version}: {', '.join(labels)}" for version, labels in versions.items())
+        lines.append(f"times have no marks, because methods were timed with other versions of {name}: {told}")
     if records[0].device == "cuda":
         lines.append("whether other programs used the GPU is not measured")
     return lines
@@ -96,6 +118,8 @@ def timing_notes(
     for row in rows:
         reasons = dict.fromkeys(times.missing for times in numbers[row.identifier].values())
         lines += [f"{row.label}: {reason}" for reason in reasons if reason is not None]
+        fewer = fewer_seeds(episodes, row.identifier)
+        lines += [] if fewer is None else [f"{row.label}, PSNR: {fewer}"]
     lines += _load_notes(records)
     timed = [record for record in records if record.computed_on == record.device]
     whole = [record.label for record in timed if not any(times.render_seconds for times in record.selections)]
@@ -111,7 +135,7 @@ def timing_notes(
             "the paper's values: on the scene Garden of Mip-NeRF360 with an NVIDIA 4090; with other images and another "
             "number of Gaussians on another machine, so that no difference to it is printed"
         )
-    lines += repeated_notes(episodes)
+    lines += episode_notes(episodes)
     return [*dict.fromkeys(lines), *unranked_notes(rows)]
 
 

@@ -10,13 +10,12 @@ from avs.report.collect import Episodes, read_dataset
 from avs.report.document import Document, Listing
 from avs.report.formats.numbers import EXTRA_DECIMALS, plain
 from avs.report.formats.writing import write_document
-from avs.report.machines import machine_notes
 from avs.report.methods import presented
 from avs.report.published import called, published_note, read_published
 from avs.report.tables.arrangement import arranged
 from avs.report.tables.episode_entries import Numbers, entry_cells, entry_listing, has_spread
 from avs.report.tables.episode_gaps import incomplete
-from avs.report.tables.episode_notes import equal_views, own_schedules, own_settings, repeated_notes
+from avs.report.tables.episode_notes import episode_notes, equal_views
 from avs.report.tables.published_columns import published_column, why_no_mean_difference
 from avs.report.tables.reference_differences import comparison, comparison_notes, fewer_compared, listed_differences
 from avs.report.tables.table_notes import (
@@ -123,10 +122,7 @@ def view_synthesis(
         *([] if paper is None else [published_note(paper.dataset, why_not)]),
         *fewer_compared(rows, numbers, compared_with, episodes),
         *equal_views(episodes),
-        *own_schedules(episodes),
-        *own_settings(episodes),
-        *machine_notes(episodes.records),
-        *repeated_notes(episodes),
+        *episode_notes(episodes),
         *unranked_notes(rows),
     ]
     return Document(

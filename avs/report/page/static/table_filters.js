@@ -65,8 +65,9 @@
       .filter((each) => each.length === scenes.length)
       .map((each) => avs.mean(each.map((single) => single.value)));
     const missing = row.cells.find((cell) => cell.cause);
-    if (!means.length) return { value: null, spread: null, rank: null, published: null, text: null, cause: missing ? missing.cause : null };
-    return { value: avs.mean(means), spread: spread(means), rank: null, published: null, cause: null, text: null };
+    const empty = { value: null, spread: null, rank: null, published: null, cause: null, text: null, ranked: true };
+    if (!means.length) return { ...empty, cause: missing ? missing.cause : null };
+    return { ...empty, value: avs.mean(means), spread: spread(means) };
   }
 
   function spread(means) {
