@@ -10,6 +10,8 @@ from collections.abc import Sequence
 MODULE = " -m avs "
 """Stands in a line of the shell before the options of all commands and the command."""
 
+_QUOTES = frozenset("'\"\\")
+
 
 def command_digest(words: Sequence[str]) -> str:
     """Return a digest of a command and its arguments.
@@ -26,4 +28,6 @@ def command_digest(words: Sequence[str]) -> str:
 
 def digest_of_line(line: str) -> str:
     """Return the ``command_digest`` of a command as a line of the shell that starts it."""
-    return command_digest(shlex.split(line.partition(MODULE)[2]))
+    told = line.partition(MODULE)[2]
+    quoted = not _QUOTES.isdisjoint(told)
+    return command_digest(shlex.split(told) if quoted else told.split())  # 0.4 ms a job, or a tenth of that
