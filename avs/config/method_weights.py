@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import contextlib
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -14,6 +15,7 @@ from avs.iqa.cross_reference.published_weights import published_weights
 from avs.iqa.cross_reference.scorer_settings import PUBLISHED
 from avs.selection import registry
 from avs.system import weights
+from avs.system.files import can_be_named
 from avs.system.reasons import Reason
 
 _FITTED: dict[str, Literal["niqe_fit", "statistics_fit"]] = {"niqe": "niqe_fit", "statistics": "statistics_fit"}
@@ -78,7 +80,9 @@ def _located(pretrained: Sequence[str]) -> Path | None:
 
 
 def files_read(config: Config, identifier: str, *, evaluated: bool) -> tuple[Path, ...]:
-    """Return the downloaded weights on this machine that a method reads beside what it gets, so that a change is seen.
+    """Return the files on this machine that a method reads beside what it gets, so that a change is seen.
+
+    They are downloaded weights, and what its settings name by a path.
 
     Args:
         config: of the run.
@@ -87,7 +91,21 @@ def files_read(config: Config, identifier: str, *, evaluated: bool) -> tuple[Pat
     """
     own = () if is_program(identifier) else registry.find(identifier).method.pretrained
     names = [*own, *([f"lpips-{config.protocol.lpips.net}"] if evaluated else [])]
-    return tuple(path for name in names if (path := weights.locate(name)) is not None)
+    found = tuple(path for name in names if (path := weights.locate(name)) is not None)
+    return (*found, *_named_in(config.selectors.get(identifier, {})))
+
+
+def _named_in(settings: object) -> Iterator[Path]:
+    """Yield the files that settings name, however deep; Snakemake takes what stands in braces for a wildcard."""
+    if isinstance(settings, Mapping):
+        settings = list(settings.values())
+    if isinstance(settings, list | tuple):
+        for each in settings:
+            yield from _named_in(each)
+    elif isinstance(settings, str) and can_be_named(Path(settings)):
+        with contextlib.suppress(OSError, ValueError):  # no path, but a long text
+            if Path(settings).is_file():
+                yield Path(settings)
 
 
 def absent_methods(config: Config) -> dict[str, Reason]:

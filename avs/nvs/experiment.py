@@ -153,7 +153,7 @@ def _following(method: str, other: str, scene: Scene, seed: int, episode: Path |
 def _program(protocol: ProtocolSettings, scene: Scene, views: Path) -> Method:
     """Return the method that follows the list of views which a program wrote."""
     initial = [scene.names[index] for index in initial_captures(scene, protocol)]
-    listed, selector = read_views(views, initial)
+    listed, selector = read_views(views, initial, {scene.names[index] for index in scene.pool})
     return _listed(listed.label, listed.group, views, selector)
 
 

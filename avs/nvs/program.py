@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +10,7 @@ from pydantic import Field
 
 from avs.selection.contract import Selection, State
 from avs.system.errors import UserError
+from avs.system.lists_of_names import some_of
 from avs.system.models import StrictModel
 from avs.system.records import read_record
 
@@ -57,11 +58,17 @@ class ListedViews:
         return Selection(np.array(rows, dtype=np.int64), None)
 
 
-def read_views(path: Path, initial: Sequence[str]) -> tuple[ViewList, ListedViews]:
+def read_views(path: Path, initial: Sequence[str], pool: Collection[str]) -> tuple[ViewList, ListedViews]:
     """Read ``views.json`` and return it with a selector that follows it, past the ``initial`` views' names.
 
     Raises:
-        UserError: the file is missing or does not follow the schema.
+        UserError: the file is missing, does not follow the schema, or names what is not in the ``pool``, such as a test
+            image, also where the budget does not reach.
     """
     listed = read_record(path, ViewList, edited=True)
+    others = [name for name in listed.views if name not in pool]
+    if others:
+        raise UserError(
+            path, f"{some_of(others)}: no view of the pool", "list images that are there and no test images"
+        )
     return listed, ListedViews([name for name in dict.fromkeys(listed.views) if name not in initial], path)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from avs.nvs.record import EpisodeMeta
@@ -16,6 +16,9 @@ _NATIVE = (
     "{number} of {all} computed with native numerics: the same run on another kind of processor gives other digits, "
     "see docs/numerics.md"
 )
+
+Told = tuple[str, Mapping[str, str], Mapping[str, str]]
+"""The device of a record, its machine, and the versions of packages."""
 
 
 def machine_notes(records: Sequence[Path]) -> list[str]:
@@ -31,23 +34,34 @@ def machine_notes(records: Sequence[Path]) -> list[str]:
         UserError: such a file is damaged.
     """
     beside = [path.with_name("episode.meta.json") for path in records]
-    known = [_facts(read_record(path, EpisodeMeta)) for path in beside if path.is_file()]
+    metas = [read_record(path, EpisodeMeta) for path in beside if path.is_file()]
+    return differing([(meta.device, meta.machine, meta.packages) for meta in metas], "episodes")
+
+
+def differing(told: Sequence[Told], what: str) -> list[str]:
+    """Return a line for each fact that differs; see ``machine_notes``.
+
+    Args:
+        told: device, machine and packages of each record.
+        what: the records, in plural.
+    """
+    known = [_facts(*each) for each in told]
     names = dict.fromkeys(name for facts in known for name in facts)
-    lines = (_line(name, [facts.get(name, "none") for facts in known]) for name in names)
+    lines = (_line(name, [facts.get(name, "none") for facts in known], what) for name in names)
     native = sum(facts["device"] == "cpu" and facts.get("numerics") == "native" for facts in known)
     return [*([_NATIVE.format(number=native, all=len(known))] if native else []), *(line for line in lines if line)]
 
 
-def _facts(meta: EpisodeMeta) -> dict[str, str]:
-    machine = {name: meta.machine[name] for name in _MACHINE if name in meta.machine}
-    if meta.device == "cpu" and machine.get("numerics") == "portable":
-        del machine["processor"]
-    return {"device": meta.device} | machine | meta.packages
+def _facts(device: str, machine: Mapping[str, str], packages: Mapping[str, str]) -> dict[str, str]:
+    own = {name: machine[name] for name in _MACHINE if name in machine}
+    if device == "cpu" and own.get("numerics") == "portable":
+        own.pop("processor", None)
+    return {"device": device} | own | dict(packages)
 
 
-def _line(name: str, values: Iterable[str]) -> str | None:
+def _line(name: str, values: Iterable[str], what: str) -> str | None:
     counted = Counter(values).most_common()
     if len(counted) < 2:
         return None
     told = ", ".join(f"{value} in {number}" for value, number in sorted(counted, key=lambda each: (-each[1], each[0])))
-    return f"{name} differs between episodes, and numbers may differ with it: {told}"
+    return f"{name} differs between {what}, and numbers may differ with it: {told}"

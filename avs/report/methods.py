@@ -62,4 +62,6 @@ def presented(identifier: str, episodes: Episodes | None = None) -> Presented:
         return Presented(identifier, label, episode.group, proposed, not episodes.lacking(identifier))
     if registered is None:
         return Presented(identifier, identifier)
-    return Presented(identifier, registered.method.label, registered.method.group, proposed)
+    own = registered.method
+    alike = sum(each.method.label == own.label for each in registry.methods().values())
+    return Presented(identifier, own.label if alike == 1 else f"{own.label} ({identifier})", own.group, proposed)

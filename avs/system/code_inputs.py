@@ -65,6 +65,23 @@ def stamp(paths: Iterable[str]) -> str:
     return hashlib.sha256(told.encode(errors="surrogateescape")).hexdigest()
 
 
+def with_contents(paths: Iterable[str]) -> list[str]:
+    """Return paths of files, in place of a folder those of all files in it, which a change of one can be seen by.
+
+    Hidden files and what Python compiles are left out.
+    """
+    return [str(path) for each in map(Path, paths) for path in (_inside(each) if each.is_dir() else [each])]
+
+
+def _inside(folder: Path) -> list[Path]:
+    found = sorted(path for path in folder.rglob("*") if path.is_file())
+    return [path for path in found if not _passed_over(path.relative_to(folder))]
+
+
+def _passed_over(path: Path) -> bool:
+    return any(part.startswith(".") or part == "__pycache__" for part in path.parts) or path.suffix == ".pyc"
+
+
 def sources_of_inputs(results: str) -> Callable[[object, Iterable[str]], list[str]]:
     """Return the function that a rule takes for a parameter: what its command is told of where its inputs come from.
 
@@ -129,12 +146,11 @@ def _statements(tree: ast.AST) -> Iterator[ast.AST]:
 
 @functools.cache
 def _beside(folder: Path) -> tuple[Path, ...]:
-    """Return the files of a folder that are neither code of Python nor hidden."""
-    return tuple(
-        path
-        for path in folder.iterdir()
-        if path.suffix not in (".py", ".pyc") and not path.name.startswith(".") and path.is_file()
-    )
+    """Return the files in a folder, and in folders in it that are no packages, which are no code of Python."""
+    folders = [path for path in folder.iterdir() if path.is_dir() and not (path / "__init__.py").exists()]
+    found = [path for path in folder.iterdir() if path.is_file()]
+    found += [path for each in folders if not _passed_over(Path(each.name)) for path in _inside(each)]
+    return tuple(path for path in found if path.suffix != ".py" and not _passed_over(path.relative_to(folder)))
 
 
 def _files(module: str) -> list[Path]:

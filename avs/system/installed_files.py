@@ -5,11 +5,13 @@ from __future__ import annotations
 import functools
 import importlib.metadata
 import importlib.util
+import sysconfig
 from collections.abc import Iterator
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 
 _LEFT_OUT = ("__pycache__", ".pyc", ".dist-info", ".egg-info")
+_SITE = frozenset(Path(sysconfig.get_path(name)) for name in ("purelib", "platlib"))
 _BRACES = frozenset("{}")  # Snakemake takes what stands in them for a wildcard
 
 
@@ -19,7 +21,7 @@ def installed_files(module: str) -> tuple[Path, ...]:
 
     They are those of the package that holds it, and of the distribution that brought it, since one can bring modules
     beside each other. Of a distribution that is installed as a link to a folder, no list of files is known: those of
-    the packages and modules that it names count.
+    the packages and modules that it names count, and of a module that is no package, the data beside it.
 
     Args:
         module: dotted name; one that is not known has no files.
@@ -57,7 +59,11 @@ def _of_package(module: str) -> Iterator[Path]:
             return
         if spec.origin is not None and spec.has_location:
             origin, folder = Path(spec.origin), Path(spec.origin).parent
-            inside = folder.rglob("*") if spec.submodule_search_locations is not None else [origin]
+            inside = [origin]
+            if spec.submodule_search_locations is not None:
+                inside = list(folder.rglob("*"))
+            elif folder not in _SITE:  # a link to the folder of somebody's project: no list of its data is known
+                inside = [path for path in folder.iterdir() if path == origin or path.suffix != ".py"]
             yield from (path for path in inside if _counts(path.relative_to(folder).parts))
             return
 

@@ -40,6 +40,12 @@ def die_with_parent() -> None:
         os.kill(os.getpid(), signal.SIGKILL)
 
 
+def outlive_parent() -> None:
+    """Take ``die_with_parent`` back, which a program that replaces this process would keep."""
+    if sys.platform.startswith("linux"):
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, 0)
+
+
 def remember_sources(stamp: str | None, read: Iterable[str], planned_with: Path | None, words: Sequence[str]) -> None:
     """Keep what the workflow tells of the files that a job reads, for the end of this process's job.
 

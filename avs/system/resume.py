@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from avs.system.errors import UserError
-from avs.system.job_process import die_with_parent
+from avs.system.job_process import die_with_parent, outlive_parent
 
 
 def resume(arguments: list[str]) -> None:
@@ -25,6 +25,7 @@ def resume(arguments: list[str]) -> None:
     unlocked = subprocess.run(words, capture_output=True, text=True, check=False, preexec_fn=die_with_parent)
     if unlocked.returncode:
         raise UserError(Path.cwd(), f"cannot be unlocked: {unlocked.stderr.strip()}", "correct that and run again")
+    outlive_parent()  # as Snakemake does that is called by itself, in the background of a shell that ends
     os.execvp("snakemake", ["snakemake", *arguments])
 
 

@@ -4,7 +4,7 @@ import pytest
 import yaml
 
 from avs.config.configuration import load
-from avs.config.method_weights import Absent, Made, absent_methods, weights_of
+from avs.config.method_weights import Absent, Made, absent_methods, files_read, weights_of
 from avs.system.reasons import Reason
 from tests.workflow.project import ROOT
 
@@ -31,6 +31,12 @@ def put(folder, name):
     path.parent.mkdir(parents=True, exist_ok=True)
     path.touch()
     return path
+
+
+def test_a_file_that_settings_name_is_read(cache):
+    table = put(cache, "table.json")
+    config_ = config().model_copy(update={"selectors": {"random": {"deep": [{"table": str(table)}], "word": "table"}}})
+    assert files_read(config_, "random", evaluated=False) == (table,)
 
 
 def test_a_method_without_weights_gets_none(cache):

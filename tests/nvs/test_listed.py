@@ -24,7 +24,7 @@ def listed(scene, tmp_path):
     def write(views, **changes):
         path = tmp_path / "views.json"
         path.write_text(json.dumps({"label": "Theirs", "views": views} | changes))
-        return read_views(path, initial(scene))
+        return read_views(path, initial(scene), {scene.names[index] for index in scene.pool})
 
     return write
 
@@ -57,9 +57,9 @@ def test_views_are_taken_in_order_and_captured_ones_passed_over(scene, listed):
 
 
 def test_a_test_image_is_refused_in_one_line(scene, listed):
-    _, selector = listed([scene.names[scene.test[0]]])
-    with pytest.raises(UserError, match=r"views.json: 000.png is not a candidate at step 0; correct the list"):
-        selector.select(state_of(scene, initial(scene))[0], 1)
+    others = [scene.names[i] for i in scene.pool]
+    with pytest.raises(UserError, match=r"views.json: 000.png, nonsense.png: no view of the pool; list images that"):
+        listed([*others, scene.names[scene.test[0]], "nonsense.png"])
 
 
 def test_a_list_that_is_too_short_is_one_line(scene, listed):

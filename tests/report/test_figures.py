@@ -37,6 +37,12 @@ def test_curve_is_the_mean_over_scenes_and_seeds(episode, drawn):
         np.testing.assert_allclose([curve.difference, curve.low, curve.high], expected)
 
 
+def test_methods_that_call_themselves_the_same_are_told_apart(episode, drawn):
+    episodes = [episode(method).model_copy(update={"label": "FVS"}) for method in ("farthest", "random")]
+    (panel,) = drawn(episodes)
+    assert sorted(curve.label for curve in panel.curves) == ["FVS (farthest)", "FVS (random)"]
+
+
 def test_band_is_the_interval_over_three_scenes(episode, drawn):
     episodes = [
         episode(method, scene, psnr=(20.0 + gain,))

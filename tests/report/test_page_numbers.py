@@ -103,6 +103,16 @@ def test_the_table_of_scorers_is_filtered_by_scene():
     assert table_place("scorer") == ("Scorers", "held-out scenes")
 
 
+def test_a_filter_gives_no_mark_that_the_table_withholds():
+    kept = Row("Mean", (Cell(0.5, rank=1),), identifier="mean", ranked=True)
+    partial = Row("Lite0", (Cell(0.9, ranked=False),), identifier="lite0", ranked=True)
+    singles = [(name, "psnr", "s1", 0, value) for name, value in (("mean", 0.5), ("lite0", 0.9))]
+    told = document([("Networks", kept), ("Networks", partial)], singles)
+    shown = filtered(told, scene="s1")
+    ranks = {row["identifier"]: row["cells"][0]["rank"] for group in shown["groups"] for row in group["rows"]}
+    assert ranks == {"mean": 1, "lite0": None}
+
+
 def test_scenes_of_one_name_in_two_data_sets_are_two_scenes():
     row = Row("Lite0", (Cell(0.5),), identifier="lite0")
     singles = [("lite0", dataset, "fox", "psnr", value) for dataset, value in (("a", 0.25), ("b", 0.75))]

@@ -168,7 +168,17 @@ def test_states_without_order_are_left_out_and_counted(table):
     row = rows["random", "ssim", "spearman"]
     assert (row["mean"], row["states"]) == ("0.8000", "1")
     assert row["note"] == "1 state left out, all values are equal; 1 state left out, fewer than 3 candidates have both"
-    assert "- Random: 1 state left out, all values are equal\n" in markdown
+    assert "- Random: 1 state left out, all values are equal; no rank\n" in markdown
+
+
+def test_a_mean_of_fewer_states_is_not_ranked(table):
+    ties = [1.0, 1.0, 1.0, 1.0]
+    told = make_states([state(), state(views=12)], [scored("random", ONE, ties), scored("farthest", ONE, ONE)])
+    _, markdown, _ = table([told], ["random", "farthest"])
+    rows = {name: line for line in markdown.splitlines() for name in ("Random", "FVS") if f"| {name} |" in line}
+    assert "**" in rows["FVS"]
+    assert "**" not in rows["Random"]
+    assert "(2)" not in rows["Random"]
 
 
 def test_a_scene_without_any_order_says_why(table):

@@ -150,6 +150,15 @@ def test_seeds_have_a_mean_and_a_spread_and_the_oracle_no_rank(tmp_path):
     assert rows["flat", "Greedy oracle"].cells[0].rank is None
 
 
+def test_other_packages_of_some_explorations_are_told_of(tmp_path):
+    paths = [write(tmp_path, seed=seed) for seed in (0, 1)]
+    meta = paths[1].with_name("exploration.meta.json")
+    told = read_record(meta, ExplorationMeta)
+    write_record(meta, told.model_copy(update={"packages": told.packages | {"torch": "0.1"}}))
+    _, document = rows_of(paths, ["nearest"])
+    assert any(note.startswith("torch differs between explorations") for note in document.notes)
+
+
 def test_means_over_different_storeys_are_told_of(tmp_path):
     paths = [
         write(tmp_path, seed=seed, start=(1, seed, 0, 0), area=area) for seed, area in ((0, 10.0), (1, 20.0), (2, 10.0))

@@ -4,7 +4,7 @@ import os
 import time
 from pathlib import Path
 
-from avs.system.code_inputs import ROOT, sources
+from avs.system.code_inputs import ROOT, sources, with_contents
 from avs.system.files import file_hash
 from avs.system.installed_files import _brought_by, installed_files
 
@@ -108,11 +108,30 @@ def test_data_beside_a_method_count(tmp_path, monkeypatch):
 
     package = tmp_path / "avs" / "selectors" / "turning"
     package.mkdir(parents=True)
-    for name in ("__init__.py", "angles.json"):
+    for name in ("tables/deep", "other_package", "__pycache__"):
+        (package / name).mkdir(parents=True)
+    counted = ("__init__.py", "angles.json", "tables/deep/turns.json")
+    for name in (*counted, "other_package/__init__.py", "other_package/a.json", "__pycache__/a.pyc", "tables/.hidden"):
         (package / name).touch()
     monkeypatch.setattr(code_inputs, "ROOT", tmp_path)
     folder = "avs/selectors/turning"
-    assert sources("avs.selectors.turning") == [f"{folder}/__init__.py", f"{folder}/angles.json"]
+    assert sources("avs.selectors.turning") == [f"{folder}/{name}" for name in counted]
+
+
+def test_data_beside_a_module_count_that_is_installed_as_a_link(tmp_path, monkeypatch):
+    for name in ("turning_link.py", "turn.json", "setup.py", ".hidden"):
+        (tmp_path / name).touch()
+    monkeypatch.syspath_prepend(tmp_path)
+    assert sources("turning_link") == [str(tmp_path / "turn.json"), str(tmp_path / "turning_link.py")]
+
+
+def test_a_folder_stands_for_its_files(tmp_path):
+    for name in ("main.py", "lib/order.py", "lib/deep/a.bin", "lib/.hidden", "lib/__pycache__/order.pyc"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+    given = [str(tmp_path / name) for name in ("main.py", "lib", "absent.py")]
+    expected = ("main.py", "lib/deep/a.bin", "lib/order.py", "absent.py")
+    assert with_contents(given) == [str(tmp_path / name) for name in expected]
 
 
 def test_a_large_file_is_read_once_and_again_after_an_edit_that_keeps_size_and_time(tmp_path, monkeypatch):

@@ -30,7 +30,7 @@ def followed(finished, tmp_path_factory):
     command = [sys.executable, "-m", "pip", *COMMANDS[1].split()[1:], "--target", "packages"]
     offline = ["--no-build-isolation", "--no-deps", "--no-index", "--quiet", "--disable-pip-version-check"]
     subprocess.run([*command, *offline], cwd=folder, env=environment(), check=True)
-    (folder / "mine.yaml").write_text(yaml.safe_dump(tiny() | yaml.safe_load(BLOCKS["mine.yaml"])))
+    (folder / "workflows/config/ci.yaml").write_text(yaml.safe_dump(tiny()))
     variables = environment() | {"PYTHONPATH": str(folder / "packages")}
     result = subprocess.run(COMMANDS[0].split(), cwd=folder, env=variables, capture_output=True, text=True, check=False)
     assert result.returncode == 0, result.stdout + result.stderr

@@ -18,7 +18,7 @@ from avs.representations import kinds
 from avs.selection import registry
 from avs.system import numerics
 from avs.sfm import back_end_registry
-from avs.system.code_inputs import sources, sources_of_inputs
+from avs.system.code_inputs import sources, sources_of_inputs, with_contents
 from avs.system.errors import UserError
 from avs.system.records import record_text
 

@@ -31,9 +31,16 @@ def views_of(method):
 
 
 def inputs_of(*program):
-    """Return the input of that rule: the scene, the settings, and the files of the program, the one to start first."""
+    """Return the input of that rule: the scene, the settings, and the files of the program, the one to start first.
+
+    Of a folder all files in it count.
+    """
     settings_file = f"{RESULTS}/settings/episode/{{method}}.json"
-    return {"scene": SCENE, "settings": settings_file, "program": list(program)}
+    return {
+        "scene": SCENE,
+        "settings": settings_file,
+        "program": with_contents(program),
+    }
 
 
 def episodes(dataset, scenes=None):

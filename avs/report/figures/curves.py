@@ -12,6 +12,7 @@ import numpy.typing as npt
 from avs.nvs.record import Episode
 from avs.report.collect import Cell, Episodes, image_mean
 from avs.report.intervals import Over, interval, printed_over
+from avs.report.methods import presented
 from avs.selection.contract import UNRANKED
 
 
@@ -98,7 +99,10 @@ def _panel(episodes: Episodes, budget: int, values: Values, middle: Callable[[Se
     names = f"{len(scenes)} scenes" if len(scenes) > 1 else next(iter(scenes))
     title = f"{episodes.dataset}: {names}, {len(seeds)} seed{'s' if len(seeds) > 1 else ''}"
     measured = {method: {cell: values(found[cell]) for cell in shared} for method, found in cells.items()}
-    told = {method: next(iter(of_method.values())) for method, of_method in cells.items()}
+    told = {  # several programs can call themselves the same
+        method: next(iter(of_method.values())).model_copy(update={"label": presented(method, episodes).label})
+        for method, of_method in cells.items()
+    }
     ranked = {
         method: measured[method] for method, of_method in cells.items() if of_method[shared[0]].group not in UNRANKED
     }

@@ -34,6 +34,10 @@ def write_script(page: Path, name: str, value: object) -> int:
     return len(text)
 
 
+SCORE_DIGITS = 8
+"""Of scores: with six, two candidates of 48 shared a place in one selection of 3,250, and the wrong one came first."""
+
+
 def rounded(values: Iterable[float | None], digits: int = _DIGITS) -> list[float | None]:
     """Return numbers with so many significant digits, which no drawing can tell from all of them."""
     return [None if value is None else float(f"{value:.{digits}g}") for value in values]

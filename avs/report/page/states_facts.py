@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from avs.nvs.common_states_record import CommonState, CommonStates
-from avs.report.page.script_files import rounded
+from avs.report.page.script_files import SCORE_DIGITS, rounded
 
 
 def states_facts(record: CommonStates, names: Sequence[str]) -> dict[str, Any]:
@@ -31,7 +31,7 @@ def states_facts(record: CommonStates, names: Sequence[str]) -> dict[str, Any]:
                 "chooses": each.chooses,
                 "own_fit": each.own_fit,
                 "failure": each.failure,
-                "scores": [None if scores is None else rounded(scores) for scores in each.scores],
+                "scores": [None if scores is None else rounded(scores, SCORE_DIGITS) for scores in each.scores],
             }
             for each in record.methods
         ],

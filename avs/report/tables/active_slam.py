@@ -69,8 +69,8 @@ _COLUMNS: tuple[tuple[Metric, Value], ...] = (
         lambda record, meta: float(len(record.decisions)),
     ),
     (
-        Metric("decision_seconds", "per decision", None, 2, "s", "mean time of one choice"),
-        lambda record, meta: float(np.mean(meta.decision_seconds)) if meta.decision_seconds else None,
+        Metric("decision_seconds", "per decision", None, 2, "s", "median time of one choice"),
+        lambda record, meta: float(np.median(meta.decision_seconds)) if meta.decision_seconds else None,
     ),
 )
 

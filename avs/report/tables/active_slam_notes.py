@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from avs.report.collect_explorations import Explorations
+from avs.report.machines import differing
 from avs.system.reasons import Reason
 
 
@@ -43,6 +44,11 @@ def remarks(explorations: Explorations, methods: Iterable[str]) -> list[str]:
     unranked = [explorations.label(method) for method in methods if not explorations.ranked(method)]
     if unranked:
         notes.append(f"{', '.join(unranked)}: knows the building; an upper reference without a rank")
+    told = [
+        (str(explorations.cells[place].settings.get("device", "cpu")), meta.machine, meta.packages)
+        for place, meta in sorted(explorations.metas.items())
+    ]
+    notes += differing(told, "explorations")
     notes.append(
         "published: the paper's values on Gibson, one number each without a spread, for orientation alone: other "
         "buildings, another camera and another mapper, so that no difference is printed"

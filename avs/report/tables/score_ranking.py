@@ -96,7 +96,12 @@ def _cells(row: Iterable[Ranking]) -> list[Cell]:
     rankings = list(row)
     whole = whole_row(each.missing for each in rankings)
     return [
-        Cell(each.mean, each.spread, cause=whole.cause if whole is not None and index == 0 else None)
+        Cell(
+            each.mean,
+            each.spread,
+            cause=whole.cause if whole is not None and index == 0 else None,
+            ranked=not each.left_out,
+        )
         for index, each in enumerate(rankings)
     ]
 
@@ -189,7 +194,9 @@ def _missing(row: Presented, ranking: Mapping[str, Ranking]) -> list[str]:
         for line in [str(each.missing)] if each.missing is not None else _left_out(each):
             columns.setdefault(line, []).append(column.metric.name)
     places = {line: "" if len(names) == len(COLUMNS) else f" ({'; '.join(names)})" for line, names in columns.items()}
-    return [f"{row.label}{place}: {line}" for line, place in places.items()]
+    missing = {str(each.missing) for each in ranking.values()}
+    ends = {line: "" if line in missing else "; no rank" for line in places}
+    return [f"{row.label}{place}: {line}{ends[line]}" for line, place in places.items()]
 
 
 def _left_out(ranking: Ranking) -> list[str]:

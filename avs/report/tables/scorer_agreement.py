@@ -155,6 +155,8 @@ def _groups(
     within = dict(enumerate((ALL, *names), start=len((*PIXELS, *IMAGES))))  # the data sets of each such column
     for index, column in enumerate(columns):
         whole = [each.identifier for each in marked if (within.get(index), each.identifier) not in partial]
+        for name in {each.identifier for each in marked}.difference(whole):
+            cells[name][index] = replace(cells[name][index], ranked=False)
         values = {name: cells[name][index].value for name in whole}
         for predictor, rank in ranks(values, column.metric).items():
             cells[predictor][index] = replace(cells[predictor][index], rank=rank)

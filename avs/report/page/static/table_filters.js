@@ -38,10 +38,11 @@
     const scenes = [...new Set(singles.map((each) => each.scene))];
     const single = new Set(singles.map((each) => each.metric));
     const known = told.columns.filter((column) => single.has(column.metric.identifier));
+    const places = known.map((column) => told.columns.indexOf(column));
     const columns = known.map((column) => ({ ...column, published: null, difference: false }));
     const groups = told.groups.map((group) => ({
       ...group,
-      rows: group.rows.map((row) => ({ ...row, cells: columns.map((column) => meanCell(singles, row, column.metric, scenes)) })),
+      rows: group.rows.map((row) => ({ ...row, cells: columns.map((column, place) => meanCell(singles, row, column.metric, scenes, row.cells[places[place]])) })),
     }));
     const hasSeeds = told.per_scene.fields.includes("seed");
     const counted = scenes.length === 1 ? "1 scene" : `${scenes.length} scenes`;
@@ -57,7 +58,7 @@
   }
 
   // As the tables do it: a seed counts with all scenes; the mean is over scenes, then over seeds.
-  function meanCell(singles, row, metric, scenes) {
+  function meanCell(singles, row, metric, scenes, whole) {
     const own = singles.filter((each) => each.method === row.identifier && each.metric === metric.identifier && each.value !== null);
     const seeds = [...new Set(own.map((each) => each.seed))];
     const means = seeds
@@ -65,7 +66,7 @@
       .filter((each) => each.length === scenes.length)
       .map((each) => avs.mean(each.map((single) => single.value)));
     const missing = row.cells.find((cell) => cell.cause);
-    const empty = { value: null, spread: null, rank: null, published: null, cause: null, text: null, ranked: true };
+    const empty = { value: null, spread: null, rank: null, published: null, cause: null, text: null, ranked: whole?.ranked ?? true };
     if (!means.length) return { ...empty, cause: missing ? missing.cause : null };
     return { ...empty, value: avs.mean(means), spread: spread(means) };
   }
@@ -82,7 +83,7 @@
     const places = columns.map(({ metric }, place) => {
       if (metric.higher_is_better === null) return [];
       const values = groups.flatMap((group) => group.rows).filter((row) => row.ranked)
-        .map((row) => row.cells[place].value).filter((value) => value !== null)
+        .map((row) => row.cells[place]).filter((cell) => cell.ranked).map((cell) => cell.value).filter((value) => value !== null)
         .map((value) => Number(avs.printed(value, metric.decimals)));
       const best = [...new Set(values)].sort((one, other) => (metric.higher_is_better ? other - one : one - other));
       return best.slice(0, 3);
@@ -96,7 +97,7 @@
   }
 
   function rankOf(cell, metric, best) {
-    const place = cell.value === null ? -1 : best.indexOf(Number(avs.printed(cell.value, metric.decimals)));
+    const place = cell.value === null || !cell.ranked ? -1 : best.indexOf(Number(avs.printed(cell.value, metric.decimals)));
     return place < 0 ? null : place + 1;
   }
 })();
