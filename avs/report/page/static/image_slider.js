@@ -2,6 +2,8 @@
 "use strict";
 
 (() => {
+  const MOST_HEIGHT = 480;
+
   // `left` and `right` are {picture, label}; a picture that is null is shown as missing with `why`.
   avs.imageSlider = (left, right, { label, share = 50, onshare = null, why }) => {
     if (!left.picture && !right.picture) return avs.missing(why);
@@ -20,9 +22,15 @@
     };
     slider.addEventListener("input", place);
     slider.addEventListener("keydown", (event) => event.stopPropagation());
+    const under = avs.h("img", { src: right.picture, alt: `${right.label}: ${label}` });
     const element = avs.h("figure.pair", {},
-      avs.h("div.stack", {}, avs.h("img", { src: right.picture, alt: `${right.label}: ${label}` }), over, line, slider),
+      avs.h("div.stack", {}, under, over, line, slider),
       avs.h("figcaption", {}, avs.h("span", {}, left.label), avs.h("span", {}, right.label)));
+    // An upright picture of the full width would be higher than a screen.
+    under.addEventListener("load", () => {
+      const share = under.naturalWidth / under.naturalHeight;
+      if (share < 1) element.style.maxWidth = `${Math.round(MOST_HEIGHT * share)}px`;
+    });
     place();
     return element;
   };
