@@ -50,7 +50,7 @@ def test_every_method_of_the_page_has_its_row(followed):
 
 
 def test_a_method_of_the_page_explores_without_a_line_of_its_own(followed):
-    values = yaml.safe_load((followed / "mine.yaml").read_text())
+    values = tiny() | yaml.safe_load((followed / "mine.yaml").read_text())
     (followed / "buildings.yaml").write_text(yaml.safe_dump(values | {"slam": SLAM}))
     words = ["snakemake", "-j1", "explore", "--configfile", "buildings.yaml", "exploring.yaml"]
     variables = environment() | {"PYTHONPATH": str(followed / "packages")}
