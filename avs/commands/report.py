@@ -48,10 +48,10 @@ def significance_table(
 ) -> None:
     """Write which methods of a data set differ, as csv, md and tex."""
     with job(log):
-        from avs.config.report_jobs import SignificanceJob
+        from avs.config.report_jobs import DataSetJob
         from avs.report.tables.method_significance import write_significance_table
 
-        told = read_settings(settings, SignificanceJob)
+        told = read_settings(settings, DataSetJob)
         write_significance_table(episodes, told.methods, dataset, out, told.absent, told.left_out)
 
 

@@ -18,6 +18,7 @@ from avs.config.page_jobs import PAGE_JOBS
 from avs.config.paper_tables import FOLDER, published_means, published_scenes, side_by_side, with_memory
 from avs.config.report_jobs import (
     CoverageTableJob,
+    DataSetJob,
     DrawnJob,
     FigureJob,
     NamedTableJob,
@@ -25,7 +26,6 @@ from avs.config.report_jobs import (
     SceneTableJob,
     SensitivityJob,
     SideBySideJob,
-    SignificanceJob,
     SummaryJob,
     TableJob,
 )
@@ -119,10 +119,9 @@ def _nvs_table(config: Config, dataset: str) -> TableJob:
     reader = config.datasets[dataset]
     pictures = reader.model_dump(include=set(PICTURES)) if isinstance(reader, FolderReader) else {}
     return TableJob(
-        **rows_of(config, dataset),
+        **dict(_significance_table(config, dataset)),
         published=published_means(config, dataset),
         reference=config.report.reference,
-        left_out=dict(reader.left_out()),
         pictures=pictures,
     )
 
@@ -143,8 +142,8 @@ def _runtime_summary(config: Config, summary: str) -> SummaryJob:
     return SummaryJob(**told, published=f"{FOLDER}/{RUNTIME_NAMES[summary]}")
 
 
-def _significance_table(config: Config, dataset: str) -> SignificanceJob:
-    return SignificanceJob(**rows_of(config, dataset), left_out=dict(config.datasets[dataset].left_out()))
+def _significance_table(config: Config, dataset: str) -> DataSetJob:
+    return DataSetJob(**rows_of(config, dataset), left_out=dict(config.datasets[dataset].left_out()))
 
 
 def _critical_difference(config: Config, dataset: str) -> FigureJob:

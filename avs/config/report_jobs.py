@@ -50,12 +50,17 @@ class AgnosticJob(FigureJob):
     )
 
 
-class TableJob(RowsJob):
+class DataSetJob(RowsJob):
+    """What every table of the scenes of a data set reads."""
+
+    left_out: dict[str, Reason] = Field(description="why something that looks like a scene is none, by its name")
+
+
+class TableJob(DataSetJob):
     """What the table of a data set reads."""
 
     published: str | None = Field(description="file of the published values to print beside its own")
     reference: str | None = Field(description="identifier of the method that the others are compared with")
-    left_out: dict[str, Reason] = Field(description="why something that looks like a scene is none, by its name")
     pictures: dict[str, Any] = Field(description="settings of the size of images and of the split, empty if not known")
 
 
@@ -71,13 +76,7 @@ class SideBySideJob(StrictModel):
     data_sets: tuple[NamedTableJob, ...] = Field(description="the data sets in the order of columns")
 
 
-class SignificanceJob(RowsJob):
-    """What the table of which methods differ reads."""
-
-    left_out: dict[str, Reason] = Field(description="why something that looks like a scene is none, by its name")
-
-
-class SceneTableJob(SignificanceJob):
+class SceneTableJob(DataSetJob):
     """What the table of single scenes reads."""
 
     published: tuple[str, ...] = Field(description="files of the published values to print beside its own")

@@ -13,7 +13,7 @@ from avs.datasets.shared_photographs import shared_photographs
 from avs.system.errors import UserError
 from avs.system.lists_of_names import some_of
 
-_MEASURES = "for measuring scorers"
+_EVALUATED, _MEASURES = "evaluated", "for measuring scorers"
 
 
 @functools.cache
@@ -45,12 +45,15 @@ def scenes_of(config: Config) -> dict[str, Mapping[str, Reader]]:
         raise UserError("configuration: datasets", fault, "add one, or --config scenes_dir=DIR with your own captures")
     listed = {name: scenes_in(dataset) for name, dataset in config.datasets.items()}
     placed = [_Placed(name, scene, each) for name, scenes in listed.items() for scene, each in scenes.items()]
-    clash = _clashing(_uses(config))
+    uses = _uses(config)
+    clash = _clashing(uses)
     seen: dict[tuple[object, ...], _Placed] = {}
     for place in placed:
         for first in [seen.setdefault(identity, place) for identity in place.settings.identities()]:
             if why := clash(first, place):
                 raise _shared(place, f"is the scene {first.scene} of {first.dataset}", why)
+    if not any(uses[place.dataset] != _EVALUATED and place.settings.photographs() for place in placed):
+        return listed  # those of evaluated scenes alone cannot clash, and to look at all of them takes a while
     for first, place, photographs in shared_photographs(placed, lambda place: place.settings.photographs(), clash):
         told = f"shares {some_of(photographs)} with the scene {first.scene} of {first.dataset}"
         raise _shared(place, told, clash(first, place) or "")
@@ -115,7 +118,7 @@ def scene_named(config: Config, wanted: str | None, key: str) -> tuple[str, str]
 
 def _uses(config: Config) -> dict[str, str]:
     """Return what each data set is for."""
-    uses = dict.fromkeys(config.datasets, "evaluated")
+    uses = dict.fromkeys(config.datasets, _EVALUATED)
     if config.distortions is not None:
         uses |= dict.fromkeys(config.distortions.training, "for training scorers")
         uses |= dict.fromkeys(config.distortions.held_out, _MEASURES)

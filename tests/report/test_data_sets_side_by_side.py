@@ -8,6 +8,7 @@ from avs.report.formats.latex import document_latex
 from avs.report.formats.markdown import document_markdown
 from avs.report.tables.data_sets_side_by_side import ShownDataSet, side_by_side
 from avs.system.reasons import Reason
+from tests.report.test_setting_sensitivity import marks_of
 
 MEANS = """table,dataset,scene,method,metric,value
 t,mapfree,mean,fisherrf,psnr,17.21
@@ -49,7 +50,7 @@ def test_a_gap_in_one_data_set_takes_no_mark_from_another(episode, written):
     found = {each.dataset: each for each in read_episodes(written(lacking + hall), ["random", "fisherrf"])}
     sets = [ShownDataSet(found[name], ["random", "fisherrf"], {}, None) for name in ("rooms", "hall")]
     told = side_by_side(sets, "re10k_mfr")
-    marks = {row.identifier: [cell.rank for cell in row.cells] for group in told.groups for row in group.rows}
+    marks = marks_of(told)
     assert (marks["fisherrf"][0], marks["fisherrf"][3]) == (None, 1)
     assert (marks["random"][0], marks["random"][3]) == (1, 2)
     assert "rooms: FisherRF: mean of seed 0 only, not to be ranked, no episode of attic with seed 1" in told.notes

@@ -11,7 +11,7 @@ from avs.report.tables.representation_agreement import representation_agreement,
 from avs.report.tables.representation_agreement_numbers import bootstrap_interval, chance_of_agreement
 from avs.system.errors import UserError
 from avs.system.reasons import Reason
-from tests.report.test_setting_sensitivity import BASE, METHODS, SWAPPED, episodes_of, listed
+from tests.report.test_setting_sensitivity import BASE, METHODS, SWAPPED, episodes_of, listed, marks_of
 
 
 def document_of(episode, second=None, absent=None, first=None, **found):
@@ -53,7 +53,7 @@ def test_a_gap_on_one_representation_takes_no_mark_from_another(episode):
     rows = {(row["representation"], row["method"]): row for row in listed(document.listing)}
     assert [rows["first", method]["rank"] for method in METHODS] == [3, 2, 1, ""]
     assert [rows["second", method]["rank"] for method in METHODS] == [3, 4, 2, 1]
-    marks = {row.identifier: [cell.rank for cell in row.cells] for group in document.groups for row in group.rows}
+    marks = marks_of(document)
     assert (marks["piqe"][0], marks["piqe"][4]) == (None, 1)
     assert (marks["fisherrf"][0], marks["fisherrf"][4]) == (1, 2)
 

@@ -29,6 +29,11 @@ def episodes_of(episode, values, scenes=("attic",), missing=None):
     return Episodes("orbit", cells, missing or {})
 
 
+def marks_of(document):
+    """Return the ranks of the cells of each row, by the method."""
+    return {row.identifier: [cell.rank for cell in row.cells] for group in document.groups for row in group.rows}
+
+
 def listed(listing):
     return [dict(zip(listing.fields, record, strict=True)) for record in listing.records]
 
@@ -83,7 +88,7 @@ def test_a_gap_under_the_runs_own_settings_takes_no_mark_from_a_variant(episode)
     rows = {(row["setting"], row["method"]): row for row in listed(document.listing)}
     assert [rows["base", method]["rank"] for method in METHODS] == [3, 2, 1, ""]
     assert [rows["other", method]["rank"] for method in METHODS] == [3, 4, 2, 1]
-    marks = {row.identifier: [cell.rank for cell in row.cells] for group in document.groups for row in group.rows}
+    marks = marks_of(document)
     assert (marks["piqe"][0], marks["piqe"][2]) == (None, 1)
     assert (marks["fisherrf"][0], marks["fisherrf"][2]) == (1, 2)
 
