@@ -131,7 +131,7 @@ def test_released_scores_are_their_formula(moment):
     assert listed.indices.tolist() == np.argsort(endpoints)[::-1][:2].tolist()
     path = paths(moment)[1]
     along, seen = 0.0, known.copy()
-    for pose in (path.poses[4], path.poses[9]):
+    for pose in (path.poses[3], path.poses[8]):  # after the 4th and the 9th action: its counter is one ahead
         own = dense(camera_at(pose, CAMERA))
         along += math.log((own / (seen + 1e-6)).sum())
         seen += own
@@ -147,6 +147,15 @@ def test_unseen_surface_scores_higher(moment):
     scores = FisherPathScorer(FisherPathSettings()).shortlist(moment, 3).scores
     # the last candidate looks where nothing was mapped: there is no Gaussian, and so no information at all
     assert scores[0] > scores[2]
+
+
+def test_a_way_that_shows_nothing_is_worth_less_than_one_that_shows_little(moment):
+    scorer, first = FisherPathScorer(FisherPathSettings()), paths(moment)[0]
+    away = Pose(1.0, 1.5, 0.0, 0.6 + math.pi)  # from where all pictures were taken, with nothing of them in view
+    ways = [replace(first, poses=(pose,) * len(first.poses)) for pose in (POSES[0], away)]
+    scores = scorer.score(moment, scorer.shortlist(moment, 3), ways)
+    assert np.isfinite(scores).all()
+    assert scores[0] - scores[1] > 100
 
 
 def selector(direction):

@@ -152,11 +152,11 @@ class Exploration:
             means = np.asarray(self.mapper.tensors["means"].detach().numpy())
             free = free_space(self.grid, means, self.believed)
             borders = self._patient(frontiers(self.grid, free, self.believed, plan.frontiers))
-        moment = self._moment([])
+        moment, rng = self._moment([]), self._generator("candidates")
         for targets in (borders, []) if borders else ([],):
             for erosion in (plan.frontiers.erosion, max(1, plan.frontiers.erosion // 2)):
                 inner = eroded(free, erosion)
-                drawn = candidates(self.grid, inner, targets, self.believed, plan.frontiers, moment.rng)
+                drawn = candidates(self.grid, inner, targets, self.believed, plan.frontiers, rng)
                 moment = self._moment(drawn)
                 found = self._paths(scorer, moment, free, inner) if drawn else None
                 if found is not None:
@@ -235,10 +235,12 @@ class Exploration:
         self.clocks.memory.append(provenance.peak_memory("cpu"))
 
     def _moment(self, drawn: list[Candidate]) -> Moment:
-        decision = len(self.decisions)
-        rng = np.random.default_rng(seed_of("slam decision", self.world.name, self.seed, decision))
-        tensors, keyframes = self.mapper.tensors, self.mapper.keyframes
-        return Moment(self.believed, drawn, tensors, keyframes, self.settings.camera, rng, decision)
+        tensors, keyframes, rng = self.mapper.tensors, self.mapper.keyframes, self._generator("decision")
+        return Moment(self.believed, drawn, tensors, keyframes, self.settings.camera, rng, len(self.decisions))
+
+    def _generator(self, use: str) -> np.random.Generator:
+        """Return the generator of one use at this decision: what is drawn for another does not show in its draws."""
+        return np.random.default_rng(seed_of(f"slam {use}", self.world.name, self.seed, len(self.decisions)))
 
     def _patient(self, found: list[Frontier]) -> list[Frontier]:
         """Return the frontiers without those that have been gone to too often."""

@@ -57,7 +57,7 @@ class FisherPathScorer:
         for place, path in enumerate(paths):
             endpoint = listed.scores[path.candidate]
             if settings.endpoint == "logarithm":
-                endpoint = np.log(max(endpoint, np.finfo(float).tiny))
+                endpoint = _logarithm(endpoint)
             along = self._along(moment, path, known) / len(path.actions)
             scores[place] = along + settings.endpoint_weight * endpoint
         return scores
@@ -65,11 +65,13 @@ class FisherPathScorer:
     def _along(self, moment: Moment, path: PlannedPath, known: FloatArray) -> float:
         """Return the sum over some poses of the logarithm of the gain there, each against those before it, too."""
         settings, total = self.settings, 0.0
-        cameras = [camera_at(pose, moment.camera) for pose in path.poses[settings.every - 1 :: settings.every]]
+        # The released code counts one action more than it has done: of every five, the 4th, 9th and 14th.
+        first = (settings.every - 2) % settings.every
+        cameras = [camera_at(pose, moment.camera) for pose in path.poses[first :: settings.every]]
         known = known.copy()
         for one in self._information(moment, cameras):
             gain = _gain(one, known, settings.path_regularisation)
-            total += np.log(gain) if gain > 0 else 0.0
+            total += _logarithm(gain)
             known[one.rows] += one.values
         return total
 
@@ -89,6 +91,11 @@ class FisherPathScorer:
 
 def _gain(one: _Information, known: FloatArray, regularisation: float) -> float:
     return float((one.values / (known[one.rows] + regularisation)).sum())
+
+
+def _logarithm(gain: float) -> float:
+    """Return the logarithm; of nothing at all a finite number below all others, where the released code has none."""
+    return float(np.log(max(gain, np.finfo(float).tiny)))
 
 
 @torch.no_grad()
