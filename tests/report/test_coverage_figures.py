@@ -131,7 +131,7 @@ def test_the_figure_is_written_twice_the_same(episode, curves, tmp_path):
         write_coverage_over_views(episodes[::order], records[::order], METHODS, out)
         contents.append([path.read_bytes() for path in sorted(out.parent.iterdir())])
     assert contents[0] == contents[1]
-    assert len(contents[0]) == 2
+    assert len(contents[0]) == 3
 
 
 def test_scenes_without_a_curve_are_left_out(episode, curves, tmp_path):

@@ -3,6 +3,7 @@
 import pytest
 
 from avs.nvs.record import EpisodeMeta
+from avs.report.figures.psnr_over_views import write_psnr_over_views
 from avs.system.errors import UserError
 from avs.system.records import write_record
 from tests.report.view_synthesis_tables import TableWriter
@@ -52,6 +53,18 @@ def test_what_differs_is_told_with_how_many_have_which(table):
     assert f"- processor {SAID}: Intel in 2, AMD in 1\n" in markdown
     assert f"- torch {SAID}: 2.13.0 in 2, 2.13.1 in 1\n" in markdown
     assert markdown.count(SAID) == 2
+
+
+def test_captions_of_figures_tell_of_it_too(tmp_path, written, episode):
+    paths = written([episode("random", scene) for scene in ("a", "b")])
+    for path, meta in zip(paths, (facts(), facts(torch="2.13.1")), strict=True):
+        write_record(path.with_name("episode.meta.json"), meta)
+    write_psnr_over_views(paths, ["random"], tmp_path / "curves")
+    told = " ".join((tmp_path / "curves.md").read_text().split())
+    assert told.endswith(
+        "is the end of the optimisation. Torch differs between episodes, and numbers may differ with "
+        "it: 2.13.0 in 1, 2.13.1 in 1."
+    )
 
 
 def test_damaged_facts_are_one_line(table, tmp_path):

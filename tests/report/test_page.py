@@ -10,6 +10,8 @@ import pytest
 from PIL import Image
 
 from avs.nvs.record import Episode
+from avs.report.document import Document, Group, Listing, Row
+from avs.report.page.method_facts import method_sources
 from avs.report.page.page_settings import PageSettings
 from avs.report.page.script_files import plain_tree, script_text
 from avs.report.page.site import SCRIPTS, STATIC, static_files
@@ -52,6 +54,14 @@ def contents(folder):
 
 def test_equal_records_give_equal_bytes(run, page, tmp_path):
     assert contents(write_whole_page(*run, tmp_path)) == contents(page)
+
+
+def test_a_program_of_its_own_is_called_as_in_the_tables():
+    rows = (Row("Theirs", (), identifier="theirs"), Row("all", ()))
+    table = Document("nvs", (), (), (Group("3D-based", rows),), (), Listing((), ()))
+    named, unknown = method_sources(["theirs", "nowhere"], {}, [table, table])
+    assert (named["label"], named["group"], named["source"]) == ("Theirs", "3D-based", "a program of its own")
+    assert unknown["label"] == "nowhere"
 
 
 def test_every_script_is_called_by_its_place(page):

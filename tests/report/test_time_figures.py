@@ -82,6 +82,34 @@ def test_a_teaser_of_any_number_of_methods_has_the_same_bytes_each_time(episode,
     assert ("method-1 chooses 4 views at a time." in told) == (count > 1)
 
 
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({}, None),
+        ({"packages": {"torch": "2"}}, "methods were timed with other versions of torch"),
+        ({"other_cores": 1.9}, "there was more work than cores"),
+    ],
+)
+def test_a_teaser_has_a_front_where_times_may_be_compared(changes, said, episode, written, tmp_path):
+    records = [tmp_path / f"{method}.json" for method in METHODS]
+    for path, method in zip(records, METHODS, strict=True):
+        write_record(path, make_record(method, **(changes if method == "random" else {})))
+    write_teaser(records, written([episode("fisherrf"), episode("random")]), METHODS, tmp_path / "teaser")
+    told = " ".join((tmp_path / "teaser.md").read_text().split())
+    assert ("Pareto front" in told) == (said is None)
+    assert said is None or f"Times have no marks, because {said}" in told
+
+
+def test_a_method_that_lacks_an_episode_is_not_on_the_front(episode, written, tmp_path):
+    paths = [tmp_path / f"{method}.json" for method in METHODS]
+    for path, method in zip(paths, METHODS, strict=True):
+        write_record(path, make_record(method))
+    written_ones = written([episode("fisherrf", seed=0), episode("fisherrf", seed=1), episode("random", seed=0)])
+    (episodes,) = read_episodes(written_ones, METHODS)
+    found = points_of(read_runtimes(paths), episodes, METHODS)
+    assert {each.method: each.whole for each in found} == {"fisherrf": True, "random": False}
+
+
 def test_a_teaser_without_a_point_says_so(episode, written, tmp_path):
     write_record(tmp_path / "fisherrf.json", make_record())
     write_teaser([tmp_path / "fisherrf.json"], written([episode("random")]), METHODS, tmp_path / "teaser")

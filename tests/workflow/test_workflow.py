@@ -45,7 +45,7 @@ def test_a_run_gives_tables_and_figures(finished):
     results = finished / "results" / "tiny"
     assert {path.name for path in (results / "tables").iterdir()} >= {"nvs_orbit.csv", "nvs_orbit.md", "nvs_orbit.tex"}
     figures = {path.name for path in (results / "figures").iterdir()}
-    assert figures == {"psnr_over_views_orbit.pdf", "psnr_over_views_orbit.png"}
+    assert figures == {f"psnr_over_views_orbit.{suffix}" for suffix in ("pdf", "png", "md")}
     rows = (results / "tables" / "nvs_orbit.csv").read_text().splitlines()
     assert rows[0] == "method,group,metric,mean,spread,scenes,seeds,published,difference,note"
     assert {row.split(",")[0] for row in rows[1:]} == set(METHODS)

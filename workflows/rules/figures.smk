@@ -102,7 +102,9 @@ rule psnr_over_views:
         settings=f"{RESULTS}/settings/psnr_over_views/{{dataset}}.json",
         code=sources("avs.report.figures.psnr_over_views"),
     output:
-        multiext(f"{RESULTS}/figures/psnr_over_views_{{dataset}}", ".pdf", ".png"),
+        multiext(
+            f"{RESULTS}/figures/psnr_over_views_{{dataset}}", ".pdf", ".png", ".md"
+        ),
     log:
         f"{LOGS}/figures/psnr_over_views_{{dataset}}.log",
     params:

@@ -249,7 +249,7 @@ rule coverage_over_views:
         settings=f"{RESULTS}/settings/coverage_over_views.json",
         code=sources("avs.report.figures.coverage_over_views"),
     output:
-        multiext(f"{RESULTS}/figures/coverage_over_views", ".pdf", ".png"),
+        multiext(f"{RESULTS}/figures/coverage_over_views", ".pdf", ".png", ".md"),
     log:
         f"{LOGS}/figures/coverage_over_views.log",
     params:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
 from pathlib import Path
 
+from avs.report.machines import machine_notes
 from avs.system.files import write_text
 
 _WIDTH = 100
@@ -13,6 +15,23 @@ _WIDTH = 100
 def write_caption(out: Path, text: str) -> None:
     """Write the caption of the figure ``out``, a path without suffix, as Markdown."""
     write_text(out.with_name(f"{out.name}.md"), textwrap.fill(text, _WIDTH, break_on_hyphens=False) + "\n")
+
+
+def told_of_machines(records: Sequence[Path]) -> str:
+    """Return the end of a caption: of which machines and packages the episodes are, if of several; else nothing.
+
+    Args:
+        records: ``episode.json`` files; see ``avs.report.machines.machine_notes``.
+
+    Raises:
+        UserError: what lies beside one is damaged.
+    """
+    return sentences(machine_notes(records))
+
+
+def sentences(notes: Sequence[str]) -> str:
+    """Return notes, which have no full stop, as sentences behind others."""
+    return "".join(f" {note[0].upper()}{note[1:]}." for note in notes)
 
 
 def read_caption(figure: Path) -> str | None:

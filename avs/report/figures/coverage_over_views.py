@@ -11,17 +11,25 @@ from avs.coverage.coverage_record import Coverage
 from avs.nvs.record import Episode
 from avs.report.collect import Cell, read_episodes
 from avs.report.collect_coverage import Coverages, paths_by_dataset, read_coverages, with_coverage
+from avs.report.figures.captions import told_of_machines, write_caption
 from avs.report.figures.curves import Panel, Values, panels
 from avs.report.figures.figure_files import draw_notice
 from avs.report.figures.over_views import Wording, draw_over_views
 
 _WORDING = Wording("median SCR (%)", "difference to the\nmean of methods (%)", "all views")
 
+_CAPTION = (
+    "Surface coverage ratio over the number of views, median over scenes of the mean over seeds, and below it the "
+    "difference to the mean of the methods in the same scene with the same seed. Thick lines are the reference method "
+    "and the two with the highest last value, bands their intervals; a dot is the cloud of all views."
+)
+_NOTHING = "No coverage is measured: no scene has a reference cloud, or no record is there."
+
 
 def write_coverage_over_views(
     episodes: Sequence[Path], records: Sequence[Path], methods: Sequence[str], out: Path, reference: str | None = None
 ) -> None:
-    """Write ``out`` with the suffixes ``.pdf`` and ``.png``: a pair of panels for each data set and budget.
+    """Write ``out`` as ``.pdf`` and ``.png``, and its caption as ``.md``: two panels for each data set and budget.
 
     The upper panel has the SCR of the first views of each episode against their number: the median over scenes of the
     mean over seeds. Scenes without a reference cloud are left out. The lower panel has the mean difference to the mean
@@ -41,8 +49,10 @@ def write_coverage_over_views(
     drawn = coverage_panels(episodes, records, methods)
     if drawn:
         draw_over_views(drawn, reference, _WORDING, out)
+        write_caption(out, _CAPTION + told_of_machines(episodes))
     else:
-        draw_notice("No coverage is measured: no scene has a reference cloud, or no record is there.", out)
+        draw_notice(_NOTHING, out)
+        write_caption(out, _NOTHING)
 
 
 def coverage_panels(episodes: Sequence[Path], records: Sequence[Path], methods: Sequence[str]) -> list[Panel]:

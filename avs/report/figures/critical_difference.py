@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from avs.report.collect import Episodes, read_dataset
-from avs.report.figures.captions import write_caption
+from avs.report.figures.captions import told_of_machines, write_caption
 from avs.report.figures.figure_files import STYLE, draw_notice, save_figure
 from avs.report.figures.picture_grid import shortened
 from avs.report.formats.plain_text import one_line
@@ -61,7 +61,8 @@ def write_critical_difference(episodes: Sequence[Path], methods: Sequence[str], 
         return
     scenes, seeds = ", ".join(collected.scenes), ", ".join(map(str, collected.seeds))
     told = {"dataset": headed(dataset), "scenes": scenes, "seeds": seeds, "level": f"{1 - CONFIDENCE:.0%}"}
-    write_caption(out, _CAPTION.format(**told, critical=ranks.critical, p_value=ranks.p_value))
+    caption = _CAPTION.format(**told, critical=ranks.critical, p_value=ranks.p_value)
+    write_caption(out, caption + told_of_machines(collected.records))
     _draw(collected, [each for each in shown if each.identifier in grid], ranks, out)
 
 

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 _COLUMNS = 2
 _LEFT, _PLOT, _LETTER = 0.64, 1.86, 0.05  # inches: what stands left of a plot, the plot, and a letter of a label
 _NUMBERS = 0.36  # inches for the numbers of an axis
+_BOLD = 1.2  # times as wide as others
 _MOST_LETTERS, _LEADER = 24, 0.14  # of a label; inches of the line that leads to it
 _TITLE, _BETWEEN, _BELOW = 0.2, 0.16, 0.34  # inches
 _UPPER, _LEAST_LOWER, _LABEL = 1.35, 1.1, 0.098  # inches: heights of the plots, and of a label
@@ -73,7 +74,7 @@ def draw_over_views(drawn: Sequence[Panel], reference: str | None, wording: Word
     with mpl.rc_context(STYLE):
         columns = max(1, min(len(drawn), _COLUMNS))
         rows = -(-len(drawn) // columns)
-        layout = _layout(drawn)
+        layout = _layout(drawn, reference)
         figure = Figure(figsize=(columns * layout.width, rows * layout.row + _LEGEND))
         for index, panel in enumerate(drawn):
             row, column = divmod(index, columns)
@@ -83,9 +84,13 @@ def draw_over_views(drawn: Sequence[Panel], reference: str | None, wording: Word
         save_figure(figure, out)
 
 
-def _layout(drawn: Sequence[Panel]) -> _Layout:
-    letters = max((len(_label(curve)) for panel in drawn for curve in panel.curves), default=0)
-    labels = _LEADER + 0.04 + letters * _LETTER
+def _layout(drawn: Sequence[Panel], reference: str | None) -> _Layout:
+    letters = [
+        len(_label(curve)) * (_BOLD if curve.method in emphasised(panel.curves, reference) else 1.0)
+        for panel in drawn
+        for curve in panel.curves
+    ]
+    labels = _LEADER + 0.04 + max(letters, default=0.0) * _LETTER
     lower = max(_LEAST_LOWER, _LABEL * max((len(panel.curves) for panel in drawn), default=0))
     row = _TITLE + _UPPER + _BETWEEN + lower + _BELOW
     return _Layout(labels, _LEFT + _PLOT + labels, lower, row)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from avs.nvs.pictures import read_pictures, shrunk
 from avs.report.collect import Episodes, read_episodes
 from avs.report.figure_settings import FigureSettings
-from avs.report.figures.captions import write_caption
+from avs.report.figures.captions import told_of_machines, write_caption
 from avs.report.figures.differing_regions import Window, cut, differing_windows
 from avs.report.figures.figure_files import STYLE, draw_notice, save_figure
 from avs.report.figures.picture_grid import (
@@ -94,7 +94,7 @@ def write_qualitative(
     order = list(dict.fromkeys(each for found in shown.values() for each in found))
     columns = [method for method in order if any(method in row.renderings for row in rows)]
     seeds = ", ".join(map(str, sorted({row.seed for row in rows})))
-    write_caption(out, _CAPTION.format(seeds=seeds) if rows else _NOTHING)
+    write_caption(out, _CAPTION.format(seeds=seeds) + told_of_machines(episodes) if rows else _NOTHING)
     if not rows:
         return draw_notice(_NOTHING, out)
     labels = {method: _label(collected, method) for method in columns}

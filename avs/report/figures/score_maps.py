@@ -12,7 +12,7 @@ import numpy as np
 from avs.nvs.pictures import read_pictures
 from avs.nvs.record import Episode
 from avs.report.collect import read_dataset
-from avs.report.figures.captions import write_caption
+from avs.report.figures.captions import told_of_machines, write_caption
 from avs.report.figures.figure_files import STYLE, draw_notice, save_figure
 from avs.report.figures.picture_grid import (
     GAP,
@@ -89,7 +89,8 @@ def write_score_maps(
         if episode.seed == seed and kinds:
             label = presented(episode.method, collected).label
             blocks.append(_Block(label, kinds, _moments(episode, pictures, kinds, moments)))
-    write_caption(out, _CAPTION.format(scene=scene, dataset=dataset, seed=seed) if blocks else _NOTHING)
+    caption = _CAPTION.format(scene=scene, dataset=dataset, seed=seed) + told_of_machines(collected.records)
+    write_caption(out, caption if blocks else _NOTHING)
     if not blocks:
         return draw_notice(f"{dataset}: {_NOTHING}", out)
     _write(blocks, out)

@@ -10,7 +10,7 @@ import numpy as np
 
 from avs.nvs.record import Episode
 from avs.report.collect import Episodes, end_of_curve, image_mean, read_dataset
-from avs.report.figures.captions import write_caption
+from avs.report.figures.captions import told_of_machines, write_caption
 from avs.report.figures.figure_files import STYLE, draw_notice, save_figure
 from avs.report.figures.overview import Overview, outline_depth, outlines, overview_of
 from avs.report.figures.picture_grid import shortened
@@ -67,7 +67,8 @@ def write_selected_cameras(
         write_caption(out, text)
         return draw_notice(text, out)
     labels = [presented(each.method, collected).label for each in shown]
-    write_caption(out, _CAPTION.format(scene=scene.name, dataset=dataset, seed=shown[0].seed))
+    caption = _CAPTION.format(scene=scene.name, dataset=dataset, seed=shown[0].seed)
+    write_caption(out, caption + told_of_machines(collected.records))
     _write(shown, labels, scene, out)
     return None
 

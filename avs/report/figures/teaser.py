@@ -12,7 +12,7 @@ import numpy as np
 
 from avs.nvs.timing_record import Runtime
 from avs.report.collect import Episodes, read_episodes
-from avs.report.figures.captions import write_caption
+from avs.report.figures.captions import sentences, told_of_machines, write_caption
 from avs.report.figures.figure_files import STYLE, draw_notice, save_figure
 from avs.report.figures.method_lines import called, group_colours
 from avs.report.figures.picture_grid import shortened
@@ -20,6 +20,7 @@ from avs.report.figures.point_labels import FloatArray, placed
 from avs.report.formats.plain_text import one_line
 from avs.report.methods import presented
 from avs.report.tables.selection_times_numbers import read_runtimes, summarise_runtime
+from avs.report.tables.timing_words import comparable, load_notes
 from avs.selection.contract import UNRANKED
 
 if TYPE_CHECKING:
@@ -35,24 +36,31 @@ _NOTHING = "No method has both a selection time and an episode on the scene on w
 _CAPTION = (
     "Time of one selection ({candidates} candidates, {captured} captured views, {gaussians} Gaussians, {device}, the "
     "median of those timed, logarithmic axis) against the mean test PSNR at the end on {scene} of {dataset}, mean over "
-    "{seeds}. The grey line is the Pareto front of the methods that compete: none of them is both faster and better "
-    "than one on it. Oracles and methods of another schedule are grey squares. {joint}"
+    "{seeds}. {front}Oracles and methods of another schedule are grey squares. {joint}"
+)
+_WITH_FRONT = (
+    "The grey line is the Pareto front of the methods that compete: none of them is both faster and better than one on "
+    "it. "
 )
 
 
 @dataclass(frozen=True)
 class Point:
-    """One method: its printed name, what its group is called, seconds of one selection, and PSNR in dB."""
+    """One method: its printed name, what its group is called, seconds of one selection, and PSNR in dB.
+
+    A method that lacks an episode that others have is not ``whole``: its PSNR has no place among the others'.
+    """
 
     method: str
     label: str
     group: str
     seconds: float
     psnr: float
+    whole: bool = True
 
     @property
     def competes(self) -> bool:
-        """Whether it can be on the front."""
+        """Whether it is one of the methods that are compared."""
         return self.group not in UNRANKED
 
 
@@ -74,8 +82,11 @@ def write_teaser(records: Sequence[Path], episodes: Sequence[Path], methods: Seq
     if not points:
         write_caption(out, _NOTHING)
         return draw_notice(_NOTHING, out)
-    write_caption(out, _caption(times, collected, points))
-    _write(points, f"{collected.dataset}: {next(iter(times.values())).scene}", out)
+    shown = [times[point.method] for point in points]
+    front = pareto_front([point for point in points if point.competes and point.whole]) if comparable(shown) else []
+    told = sentences(load_notes(shown)) + told_of_machines(collected.records)
+    write_caption(out, _caption(times, collected, points, front) + told)
+    _write(points, front, f"{collected.dataset}: {next(iter(times.values())).scene}", out)
     return None
 
 
@@ -86,7 +97,7 @@ def points_of(times: dict[str, Runtime], episodes: Episodes, methods: Sequence[s
         seconds, psnr = row["selection_seconds"].value, row["psnr"].value
         if seconds is not None and psnr is not None:
             shown = presented(method, episodes)
-            points.append(Point(method, shown.label, shown.group, seconds, psnr))
+            points.append(Point(method, shown.label, shown.group, seconds, psnr, shown.whole))
     return points
 
 
@@ -99,7 +110,7 @@ def pareto_front(points: Sequence[Point]) -> list[Point]:
     return front
 
 
-def _caption(times: dict[str, Runtime], episodes: Episodes, points: Sequence[Point]) -> str:
+def _caption(times: dict[str, Runtime], episodes: Episodes, points: Sequence[Point], front: Sequence[Point]) -> str:
     first = times[points[0].method]
     joint = [f"{point.label} chooses {times[point.method].chosen} views at a time" for point in points]
     told = [text for text, point in zip(joint, points, strict=True) if times[point.method].chosen > 1]
@@ -112,11 +123,12 @@ def _caption(times: dict[str, Runtime], episodes: Episodes, points: Sequence[Poi
         scene=first.scene,
         dataset=episodes.dataset,
         seeds=f"{seeds} seeds" if seeds > 1 else "one seed",
+        front=_WITH_FRONT if front else "",
         joint="; ".join(told) + "." if told else "",
     ).strip()
 
 
-def _write(points: Sequence[Point], title: str, out: Path) -> None:
+def _write(points: Sequence[Point], front: Sequence[Point], title: str, out: Path) -> None:
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
@@ -127,7 +139,6 @@ def _write(points: Sequence[Point], title: str, out: Path) -> None:
         axes.set_title(title, loc="left", fontsize=7.5, pad=3)
         colours = group_colours(called(point.method, point.group) for point in points)
         _dress(axes, points)
-        front = pareto_front([point for point in points if point.competes])
         axes.step(*_stairs(front, axes.get_xlim()[1]), where="post", color=_FRONT, linewidth=1.2, zorder=1)
         for point in points:
             colour = colours[called(point.method, point.group)]

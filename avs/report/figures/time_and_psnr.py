@@ -10,7 +10,7 @@ import numpy as np
 
 from avs.nvs.record import Episode, EpisodeMeta
 from avs.report.collect import Cell, Episodes, read_dataset
-from avs.report.figures.captions import write_caption
+from avs.report.figures.captions import told_of_machines, write_caption
 from avs.report.figures.curves import Curve, panels
 from avs.report.figures.end_labels import EndLabel, label_ends
 from avs.report.figures.figure_files import STYLE, axes_in, draw_notice, save_figure
@@ -66,7 +66,7 @@ def write_time_and_psnr(
     scenes, seeds = sorted({scene for scene, _ in shared}), {seed for _, seed in shared}
     told = f"{len(seeds)} seeds" if len(seeds) > 1 else "one seed"
     caption = _CAPTION.format(scene=", ".join(scenes), dataset=dataset, seeds=told, threshold=threshold)
-    write_caption(out, caption)
+    write_caption(out, caption + told_of_machines(collected.records))
     _write(panel.curves, times, threshold, panel.title, reference, out)
     return None
 

@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
-from avs.report.collect import Episodes
+from avs.report.document import Document
 from avs.report.figures.method_lines import called, group_colours
-from avs.report.methods import presented
+from avs.report.methods import Presented, presented
 from avs.selection import registry
 from avs.system.reasons import Reason
 
 
-def method_facts(
-    methods: Sequence[str], episodes: Episodes | None, absent: Mapping[str, Reason]
-) -> list[dict[str, Any]]:
+def method_facts(shown: Sequence[Presented], absent: Mapping[str, Reason]) -> list[dict[str, Any]]:
     """Return how each method is presented, in order: name, group, colour, and why it does not run, if it does not.
 
     Args:
-        methods: identifiers.
-        episodes: of which they are presented, or None for all of a run.
+        shown: the methods.
         absent: why one does not run, by identifier.
     """
-    shown = [presented(method, episodes) for method in methods]
     groups = [called(each.identifier, each.group) for each in shown]
     colours = group_colours(groups)
     return [
@@ -39,9 +36,26 @@ def method_facts(
     ]
 
 
-def method_sources(methods: Sequence[str], absent: Mapping[str, Reason]) -> list[dict[str, Any]]:
-    """Return the methods of a run as ``method_facts`` does, each with its source and settings."""
-    return [told | _metadata(told["id"]) for told in method_facts(methods, None, absent)]
+def method_sources(
+    methods: Sequence[str], absent: Mapping[str, Reason], tables: Sequence[Document]
+) -> list[dict[str, Any]]:
+    """Return the methods of a run as ``method_facts`` does, each with its source and settings.
+
+    Args:
+        methods: identifiers.
+        absent: why one does not run, by identifier.
+        tables: of the run, from which a program of its own, which is nowhere registered, has its name and group.
+    """
+    rows = [(group.name, row) for table in tables for group in table.groups for row in group.rows]
+    named = {row.identifier: (row.label, group) for group, row in reversed(rows) if row.identifier}
+    shown = [presented(method) for method in methods]
+    programs = {
+        each.identifier: replace(each, label=named[each.identifier][0], group=named[each.identifier][1])
+        for each in shown
+        if each.identifier not in registry.methods() and each.identifier in named
+    }
+    shown = [programs.get(each.identifier, each) for each in shown]
+    return [told | _metadata(told["id"]) for told in method_facts(shown, absent)]
 
 
 def _metadata(identifier: str) -> dict[str, Any]:

@@ -10,6 +10,7 @@ import numpy as np
 from avs.nvs.record import Episode
 from avs.report.collect import Episodes, image_mean
 from avs.report.figures.overview import outline_depth, outlines, overview_of
+from avs.report.methods import presented
 from avs.report.page.method_facts import method_facts
 from avs.report.page.page_settings import PageSettings
 from avs.report.page.script_files import encoded, rounded
@@ -44,7 +45,7 @@ def scene_facts(
         "test": scene.test.tolist(),
         "cameras": _cameras(scene),
         "points": _points(scene, settings.points),
-        "methods": method_facts(methods, episodes, absent),
+        "methods": method_facts([presented(method, episodes) for method in methods], absent),
         "episodes": {
             f"{method}-{seed}": _summary(episode)
             for method, cells in episodes.cells.items()

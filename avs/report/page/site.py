@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from avs.report.document import Document
 from avs.report.figures.captions import read_caption
 from avs.report.formats.table_record import read_table_record
 from avs.report.page.figure_places import FIGURE_SECTIONS, figure_place
@@ -97,17 +98,17 @@ def write_page(inputs: PageInputs, facts: PageFacts, page: Path) -> None:
     Raises:
         UserError: a file is missing or damaged.
     """
-    tables = {path.stem: table_facts(read_table_record(path)) for path in inputs.tables}
+    tables = {path.stem: read_table_record(path) for path in inputs.tables}
     with atomic_folder(page / "tables") as temporary:
-        for name, told in tables.items():
-            (temporary / f"{name}.js").write_text(script_text(f"tables/{name}", told), encoding="ascii")
+        for name, table in tables.items():
+            (temporary / f"{name}.js").write_text(script_text(f"tables/{name}", table_facts(table)), encoding="ascii")
     with atomic_folder(page / "figures") as temporary:
         for path in inputs.figures:
             shutil.copyfile(path, temporary / path.name)
     with atomic_folder(page / STATIC) as temporary:
         for path in static_files():
             shutil.copyfile(path, temporary / path.name)
-    write_script(page, "index", _index(inputs, facts, list(tables)))
+    write_script(page, "index", _index(inputs, facts, tables))
     write_text(page / "index.html", _frame(facts))
 
 
@@ -125,7 +126,7 @@ def _frame(facts: PageFacts) -> str:
     return environment.get_template("index.html.j2").render(scale=facts.scale, static=STATIC, scripts=SCRIPTS)
 
 
-def _index(inputs: PageInputs, facts: PageFacts, tables: Sequence[str]) -> dict[str, Any]:
+def _index(inputs: PageInputs, facts: PageFacts, tables: Mapping[str, Document]) -> dict[str, Any]:
     places = [(name, *table_place(name)) for name in tables]
     ordered = sorted(places, key=lambda place: SECTIONS.index(place[1]) if place[1] in SECTIONS else len(SECTIONS))
     figures = [_figure(path) for path in inputs.figures]
@@ -134,7 +135,7 @@ def _index(inputs: PageInputs, facts: PageFacts, tables: Sequence[str]) -> dict[
         "data_sets": [
             {"name": name, "called": called(name), "scenes": list(scenes)} for name, scenes in facts.scenes.items()
         ],
-        "methods": method_sources(facts.methods, facts.absent),
+        "methods": method_sources(facts.methods, facts.absent, list(tables.values())),
         "tables": [{"name": name, "section": section, "title": title} for name, section, title in ordered],
         "figures": sorted(figures, key=lambda each: FIGURE_SECTIONS.index(each["section"])),
         "cards": {path.parent.name: _card(path) for path in inputs.cards},

@@ -22,13 +22,14 @@ _Numbers = Mapping[str, Mapping[str, Times]]
 
 
 def ranked_times(metrics: Sequence[Metric], records: Sequence[Runtime]) -> list[Metric]:
-    """Return the metrics; times have no direction where they cannot be compared.
+    """Return the metrics; times have no direction where they cannot be compared."""
+    kept = comparable(records)
+    return [replace(each, higher_is_better=None) if not kept and each.unit == "s" else each for each in metrics]
 
-    That is where another program may have had the core of one of them, or where the packages of some are of other
-    versions.
-    """
-    unranked = any(map(_fought_over, records)) or bool(_differing_packages(records))
-    return [replace(each, higher_is_better=None) if unranked and each.unit == "s" else each for each in metrics]
+
+def comparable(records: Sequence[Runtime]) -> bool:
+    """Whether times may be compared: none may have shared its core, and all were taken with the same packages."""
+    return not any(map(_fought_over, records)) and not _differing_packages(records)
 
 
 def _fought_over(record: Runtime) -> bool:
@@ -93,8 +94,8 @@ def _meanwhile(records: Sequence[Runtime]) -> str:
     return f"other programs kept {' to '.join(ends)} cores of the machine busy{unknown}"
 
 
-def _load_notes(records: Sequence[Runtime]) -> list[str]:
-    """Name the methods that others disturbed."""
+def load_notes(records: Sequence[Runtime]) -> list[str]:
+    """Name the methods that others disturbed, and those that were timed with other packages."""
     lines = []
     disturbed = [each for each in records if each.other_cores is not None and each.other_cores > _DISTURBED]
     if disturbed:
@@ -120,7 +121,7 @@ def timing_notes(
         lines += [f"{row.label}: {reason}" for reason in reasons if reason is not None]
         fewer = fewer_seeds(episodes, row.identifier)
         lines += [] if fewer is None else [f"{row.label}, PSNR: {fewer}"]
-    lines += _load_notes(records)
+    lines += load_notes(records)
     timed = [record for record in records if record.computed_on == record.device]
     whole = [record.label for record in timed if not any(times.render_seconds for times in record.selections)]
     if whole and _has(numbers, "score_seconds"):
