@@ -49,9 +49,11 @@ def scenes_of(config: Config) -> dict[str, Mapping[str, Reader]]:
     clash = _clashing(uses)
     seen: dict[tuple[object, ...], _Placed] = {}
     for place in placed:
-        for first in [seen.setdefault(identity, place) for identity in place.settings.identities()]:
+        for identity in place.settings.identities():
+            first = seen.setdefault(identity, place)
             if why := clash(first, place):
-                raise _shared(place, f"is the scene {first.scene} of {first.dataset}", why)
+                told = "is a part of the same video as" if identity[0] == "video" else "is"
+                raise _shared(place, f"{told} the scene {first.scene} of {first.dataset}", why)
     if not any(uses[place.dataset] != _EVALUATED and place.settings.photographs() for place in placed):
         return listed  # those of evaluated scenes alone cannot clash, and to look at all of them takes a while
     for first, place, photographs in shared_photographs(placed, lambda place: place.settings.photographs(), clash):

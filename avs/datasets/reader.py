@@ -71,7 +71,8 @@ class Reader(StrictModel):
     def identities(self) -> tuple[tuple[object, ...], ...]:
         """Return what tells the scene from others, whatever its size and quality; ``self`` is of one scene.
 
-        Two scenes that share one of these show the same, whichever readers they are of.
+        Two scenes that share one of these show the same, whichever readers they are of. One that begins with ``video``
+        says that both are parts of one video: of the same place, if not of the same pictures.
         """
 
     @abstractmethod

@@ -88,8 +88,9 @@ class RealEstate10K(FolderReader):
         return [self.place] if video is None else [self.place, video]
 
     def identities(self) -> tuple[tuple[object, ...], ...]:
-        """Return the place of the text, and the clip."""
-        return (("place", str(self.place.resolve())), _key(self.place))
+        """Return the place of the text, the clip, and the video that it is a part of."""
+        key = _key(self.place)
+        return (("place", str(self.place.resolve())), key, ("video", key[1]))
 
     def prepare(self, dataset: str, folder: Path) -> None:
         """Turn the frames that the text names into a scene.

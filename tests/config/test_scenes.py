@@ -90,6 +90,26 @@ def test_a_photograph_has_one_use_too(tmp_path):
     scenes_of(load(changed))
 
 
+def test_parts_of_one_video_have_one_use(tmp_path):
+    """They show the same house: a scorer that was trained on one has seen the other."""
+    changed = values()
+    row = " ".join(["0.9", "1.6", "0.5", "0.5", "0", "0", *map(str, np.eye(4)[:3].ravel())])
+    for number, (name, video) in enumerate({"studied": "house", "tested": "house", "third": "other"}.items()):
+        (tmp_path / name).mkdir()
+        lines = [f"https://www.youtube.com/watch?v={video}", *(f"{number + time} {row}" for time in (1000, 2000))]
+        (tmp_path / name / f"{name}.txt").write_text("\n".join(lines))
+        (tmp_path / "videos").mkdir(exist_ok=True)
+        (tmp_path / "videos" / f"{video}.mp4").touch()
+        folders = {"folder": str(tmp_path / name), "videos": str(tmp_path / "videos")}
+        changed["datasets"][name] = {"source": "realestate10k"} | folders
+    changed["distortions"] |= {"training": ["studied"], "representations": {}}
+    line = "tested of tested: is a part of the same video as the scene studied of studied: one is for training scorers"
+    with pytest.raises(UserError, match=line):
+        scenes_of(load(changed))
+    del changed["datasets"]["tested"]
+    scenes_of(load(changed))
+
+
 def test_one_folder_read_by_two_readers_has_one_use_too(tmp_path):
     """Where each reader takes other pictures of it: the second lists two of the sixteen."""
     folder = tmp_path / "both" / "garden"

@@ -148,7 +148,8 @@ def test_a_text_of_the_same_name_elsewhere_is_another_scene(copy, tmp_path):
     path = tmp_path / "other" / "0bf152ef84195293.txt"
     path.write_text(text_of(late=1))
     (one,) = reader(copy).scenes().values()
-    assert not set(one.identities()) & set(RealEstate10K(folder=str(path), videos="v").identities())
+    shared = set(one.identities()) & set(RealEstate10K(folder=str(path), videos="v").identities())
+    assert shared == {("video", "QShWPZxTDoE")}
 
 
 @pytest.mark.parametrize(
