@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from avs.system.files import SMALL, file_hash
-from avs.system.installed_files import installed_files
+from avs.system.installed_files import counts, installed_files
 from avs.system.known_digests import known_digest
 from avs.system.numerics import asked
 
@@ -75,11 +75,7 @@ def with_contents(paths: Iterable[str]) -> list[str]:
 
 def _inside(folder: Path) -> list[Path]:
     found = sorted(path for path in folder.rglob("*") if path.is_file())
-    return [path for path in found if not _passed_over(path.relative_to(folder))]
-
-
-def _passed_over(path: Path) -> bool:
-    return any(part.startswith(".") or part == "__pycache__" for part in path.parts) or path.suffix == ".pyc"
+    return [path for path in found if counts(path.relative_to(folder).parts)]
 
 
 def sources_of_inputs(results: str) -> Callable[[object, Iterable[str]], list[str]]:
@@ -149,8 +145,8 @@ def _beside(folder: Path) -> tuple[Path, ...]:
     """Return the files in a folder, and in folders in it that are no packages, which are no code of Python."""
     folders = [path for path in folder.iterdir() if path.is_dir() and not (path / "__init__.py").exists()]
     found = [path for path in folder.iterdir() if path.is_file()]
-    found += [path for each in folders if not _passed_over(Path(each.name)) for path in _inside(each)]
-    return tuple(path for path in found if path.suffix != ".py" and not _passed_over(path.relative_to(folder)))
+    found += [path for each in folders if counts((each.name,)) for path in _inside(each)]
+    return tuple(path for path in found if path.suffix != ".py" and counts(path.relative_to(folder).parts))
 
 
 def _files(module: str) -> list[Path]:

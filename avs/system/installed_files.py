@@ -28,14 +28,14 @@ def installed_files(module: str) -> tuple[Path, ...]:
     """
     found = set(_of_package(module))
     for distribution in _distributions(module.partition(".")[0]):
-        found.update(Path(str(path.locate())) for path in distribution.files or () if _counts(path.parts))
+        found.update(Path(str(path.locate())) for path in distribution.files or () if counts(path.parts))
         for name in (distribution.read_text("top_level.txt") or "").split():
             found.update(_of_package(name))
     return tuple(sorted(path for path in found if not _BRACES & set(str(path)) and path.is_file()))
 
 
-def _counts(parts: tuple[str, ...]) -> bool:
-    """Return whether a file counts, by its path within what was installed: not what only tells of it or is hidden."""
+def counts(parts: tuple[str, ...]) -> bool:
+    """Return whether a file counts, by its path in a folder: not what is hidden, compiled, or tells of a package."""
     return not any(part.endswith(_LEFT_OUT) or part.startswith(".") for part in parts)
 
 
@@ -64,7 +64,7 @@ def _of_package(module: str) -> Iterator[Path]:
                 inside = list(folder.rglob("*"))
             elif folder not in _SITE:  # a link to the folder of somebody's project: no list of its data is known
                 inside = [path for path in folder.iterdir() if path == origin or path.suffix != ".py"]
-            yield from (path for path in inside if _counts(path.relative_to(folder).parts))
+            yield from (path for path in inside if counts(path.relative_to(folder).parts))
             return
 
 
