@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, PositiveInt
 
+from avs.iqa.cross_reference.reference_order import reference_order
 from avs.iqa.cross_reference.scorer_settings import BACKBONE_OF, PUBLISHED, Precision, ReferenceSettings
 from avs.iqa.resizing import ResizeSettings
 from avs.scene.views import Views
@@ -152,11 +153,7 @@ def _rows(state: State, settings: ReferenceSettings) -> Iterable[npt.NDArray[np.
     """Yield for each candidate the captured views that it is compared with."""
     captured = state.captured.cameras.centers
     for center in state.candidates.centers:
-        if settings.choice == "random":
-            order = state.rng.permutation(len(captured))
-        else:
-            order = np.argsort(np.linalg.norm(captured - center, axis=1), kind="stable")
-        yield order[: settings.count]
+        yield reference_order(captured, center, settings.choice, state.rng)[: settings.count]
 
 
 def _build(

@@ -81,7 +81,8 @@ def agreements(training, held_out, settings, batch):
         seconds = time.process_time() - start
         network = load_network(weights, settings.network.backbone)
     scorer = CrossReferenceScorer(network, settings.training.resize, batch, "cpu", "float32")
-    own = {"": ReferencesVariant(count=settings.training.references.count)}
+    references = settings.training.references
+    own = {"": ReferencesVariant(count=references.count, choice=references.choice)}
     found = {}
     for path in held_out:
         data = candidates_of(read_distortions(path))

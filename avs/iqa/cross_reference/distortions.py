@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, ValidationError
 
+from avs.iqa.cross_reference.reference_order import Choice, reference_order
 from avs.iqa.render_statistics.view_geometry import VIEW_GEOMETRY
 from avs.system.errors import UserError
 from avs.system.models import StrictModel
@@ -93,6 +94,22 @@ class Distortions:
     def similarity(self) -> FloatArray:
         """``[renderings]``: the true SSIM of each, mean over its pixels of the decoded map."""
         return np.array([decoded(code).mean(dtype=np.float64) for code in self.maps])
+
+
+def captured_references(data: Distortions, row: int, choice: Choice, rng: np.random.Generator) -> list[int]:
+    """Return the photographs captured at the moment of a rendering, without its own, in the order they are taken.
+
+    Args:
+        data: of the scene.
+        row: number of the rendering.
+        choice: see ``reference_order``, as ``rng``.
+        rng: decides an order by chance.
+    """
+    own = data.images[row]
+    captured = data.moments[data.moment_of[row]].captured
+    pool = np.array([image for image in captured if image != own], dtype=np.int64)
+    ordered: list[int] = pool[reference_order(data.centers[pool], data.centers[own], choice, rng)].tolist()
+    return ordered
 
 
 def batches(data: Distortions, size: int) -> Iterator[list[int]]:

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.stats import pearsonr, spearmanr
 
-from avs.iqa.cross_reference.distortions import Distortions, decoded
+from avs.iqa.cross_reference.distortions import Distortions, captured_references, decoded
 from avs.iqa.cross_reference.network import CrossReferenceNetwork
 from avs.iqa.cross_reference.scorer_settings import ScorerSettings
 from avs.iqa.cross_reference.trained_scorer import CrossReferenceScorer
@@ -85,7 +85,8 @@ def predict_held_out(
     for number, scene in enumerate(held_out):
         tokens = [scorer.encode(photograph[None])[0] for photograph in scene.photographs]
         for rows in _batches(scene):
-            references = [_others(scene, row, rng)[: training.references.count] for row in rows]
+            told = training.references
+            references = [captured_references(scene, row, told.choice, rng)[: told.count] for row in rows]
             predicted = scorer.maps(
                 np.stack([scene.renderings[row] for row in rows]),
                 [[tokens[image] for image in images] for images in references],
@@ -110,13 +111,6 @@ def _batches(scene: Distortions) -> Iterator[list[int]]:
         rows = list(group)
         for start in range(0, len(rows), _BATCH):
             yield rows[start : start + _BATCH]
-
-
-def _others(scene: Distortions, row: int, rng: np.random.Generator) -> list[int]:
-    """Return the photographs captured at the moment of a rendering, without its own, in random order."""
-    captured = scene.moments[scene.moment_of[row]].captured
-    shuffled: list[int] = rng.permutation([image for image in captured if image != scene.images[row]]).tolist()
-    return shuffled
 
 
 def agreement(predictions: Sequence[Prediction]) -> dict[str, float | None]:

@@ -248,7 +248,7 @@ def _images(scenes: list[Distortions], training: TrainingSettings, device: str) 
     sampler = Sampler(scenes, training, np.random.default_rng(0))
     for _ in range(_CALIBRATION_BATCHES):
         batch = sampler.batch().to(device)
-        yield torch.cat([batch.queries.flatten(0, 1), batch.references.flatten(0, 1)])
+        yield torch.cat([batch.queries.flatten(0, 1), batch.references.flatten(0, 2)])
 
 
 def _encoder(network: CrossReferenceNetwork, device: str) -> Callable[[Tensor], Tensor]:
@@ -266,7 +266,7 @@ def _encoded(batch: Batch, features: Callable[[Tensor], Tensor]) -> Batch:
     """Return a batch of pixels as one of features."""
 
     def encode(images: Tensor) -> Tensor:
-        found = features(images.flatten(0, 1))
-        return found.reshape(*images.shape[:2], *found.shape[1:])
+        found = features(images.flatten(0, -4))
+        return found.reshape(*images.shape[:-3], *found.shape[1:])
 
     return replace(batch, queries=encode(batch.queries), references=encode(batch.references))

@@ -13,6 +13,7 @@ import torch
 from torch import Tensor
 
 from avs.iqa.cross_reference.distortions import Distortions, decoded
+from avs.iqa.cross_reference.reference_order import reference_order
 from avs.iqa.cross_reference.scorer_settings import PATCH, TrainingSettings
 from avs.iqa.resizing import ResizeSettings, resized, to_tensor
 from avs.system.errors import UserError
@@ -22,14 +23,14 @@ _ENCODING_BATCH = 8
 
 @dataclass(frozen=True)
 class Batch:
-    """One training step's data: s sets of q query crops; the queries of a set share k reference crops.
+    """One training step's data: s sets of q query crops, and k reference crops for a whole set or for each query of it.
 
     Attributes:
         queries: ``[s, q, 3, crop, crop]`` in 0..1; or ``[s, q, crop / 14, crop / 14, channels]``, the backbone's
             features.
         maps: ``[s, q, crop, crop]`` true SSIM in 0..1.
-        references: ``[s, k, ...]`` as ``queries``.
-        present: ``[s, k]`` bool, which references count; the others are black.
+        references: ``[s, r, k, ...]`` as ``queries``; r is 1, where the queries of a set share them, or q.
+        present: ``[s, r, k]`` bool, which references count; the others are black.
     """
 
     queries: Tensor
@@ -96,27 +97,43 @@ class Sampler:
     def _set(self) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         scene = self._scenes[int(self._rng.integers(len(self._scenes)))]
         moment = int(self._rng.integers(len(scene.rows)))
-        rows, references = self._draw(scene, moment)
+        rows, chosen = self._draw(scene, moment)
         queries, maps = zip(*(self._crop(scene.renderings[row], scene.maps[row]) for row in rows), strict=True)
-        crops = [self._crop(scene.photographs[image])[0] for image in references]
+        references, present = zip(*(self._references(scene, images) for images in chosen), strict=True)
+        return torch.stack(queries), torch.stack(maps), torch.stack(references), torch.stack(present)
+
+    def _references(self, scene: _Prepared, images: Sequence[int]) -> tuple[Tensor, Tensor]:
+        """Return crops of photographs ``[k, ...]``, filled up with black ones, and which of them count, ``[k]``."""
+        crops = [self._crop(scene.photographs[image])[0] for image in images]
         crops += [self._black] * (self._settings.references.count - len(crops))
-        present = torch.arange(len(crops)) < len(references)
+        present = torch.arange(len(crops)) < len(images)
         if self._settings.references.pad == "black":
             present[:] = True
-        return torch.stack(queries), torch.stack(maps), torch.stack(crops), present
+        return torch.stack(crops), present
 
-    def _draw(self, scene: _Prepared, moment: int) -> tuple[list[int], list[int]]:
-        """Draw renderings and photographs of one moment, such that no photograph shows the view of a rendering.
+    def _draw(self, scene: _Prepared, moment: int) -> tuple[list[int], list[list[int]]]:
+        """Draw renderings and photographs of one moment, such that no photograph shows the view of its rendering.
 
-        The first rendering is drawn before the photographs, the others from what these leave.
+        Of photographs by chance the set has the same: the first rendering is drawn before them, the others from what
+        they leave. The nearest ones are those of each rendering.
         """
+        if self._settings.references.choice == "nearest":
+            wanted, rows = self._settings.queries_per_set, scene.rows[moment]
+            queries: list[int] = self._rng.choice(rows, wanted, replace=len(rows) < wanted).tolist()
+            return queries, [self._chosen(scene, moment, scene.images[row]) for row in queries]
         first = int(self._rng.choice(scene.rows[moment]))
-        pool = scene.captured[moment] if self._settings.reference_pool == "captured" else range(len(scene.photographs))
-        others = np.array([image for image in pool if image != scene.images[first]])
-        references: list[int] = self._rng.permutation(others)[: self._settings.references.count].tolist()
+        references = self._chosen(scene, moment, scene.images[first])
         left = [row for row in scene.rows[moment] if scene.images[row] not in references]
         more = self._settings.queries_per_set - 1
-        return [first, *self._rng.choice(left, more, replace=len(left) < more).tolist()], references
+        return [first, *self._rng.choice(left, more, replace=len(left) < more).tolist()], [references]
+
+    def _chosen(self, scene: _Prepared, moment: int, own: int) -> list[int]:
+        """Return the photographs that the rendering of the photograph ``own`` is compared with."""
+        told, captured = self._settings.references, self._settings.reference_pool == "captured"
+        pool = np.array([image for image in (scene.captured[moment] if captured else scene.every) if image != own])
+        order = reference_order(scene.centers[pool], scene.centers[own], told.choice, self._rng)
+        chosen: list[int] = pool[order][: told.count].tolist()
+        return chosen
 
     def _crop(self, image: Tensor, similarity: Tensor | None = None) -> tuple[Tensor, Tensor]:
         """Return a random square of ``image`` ``[rows, columns, channels]``, and the same square of its SSIM map."""
@@ -138,7 +155,8 @@ class _Prepared:
         self.photographs = _prepared(scene.photographs, settings.resize, features)
         self.renderings = _prepared(scene.renderings, settings.resize, features)
         self.maps = [resized_map(decoded(code), settings.resize) for code in scene.maps]
-        self.images = scene.images
+        self.images, self.centers = scene.images, scene.centers
+        self.every = range(len(scene.photographs))
         self.captured = [moment.captured for moment in scene.moments]
         moment_of = np.array(scene.moment_of)
         self.rows = [np.flatnonzero(moment_of == moment) for moment in range(len(scene.moments))]

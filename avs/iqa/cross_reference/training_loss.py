@@ -16,13 +16,14 @@ def predicted_maps(network: CrossReferenceNetwork, batch: Batch) -> Tensor:
     The batch holds pixels, or features of the network's backbone.
     """
     sets, per_set = batch.queries.shape[:2]
-    images = torch.cat([batch.queries.flatten(0, 1), batch.references.flatten(0, 1)])
+    present = batch.present.flatten(0, 1)
+    images = torch.cat([batch.queries.flatten(0, 1), batch.references.flatten(0, 2)])
     tokens = network.tokens(images) if batch.encoded else network.encode(images)
     queries, references = tokens[: sets * per_set], tokens[sets * per_set :]
-    memory = network.memory(references.reshape(sets, -1, references.shape[-1]))
+    memory = network.memory(references.reshape(len(present), -1, references.shape[-1]))
     absent = None
-    if not bool(batch.present.all()):
-        absent = (~batch.present).repeat_interleave(memory.shape[1] // batch.present.shape[1], dim=1)
+    if not bool(present.all()):
+        absent = (~present).repeat_interleave(memory.shape[1] // present.shape[1], dim=1)
     return network.predict(queries, memory, absent).view_as(batch.maps)
 
 

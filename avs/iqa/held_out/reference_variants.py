@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from torch import Tensor
 
-from avs.iqa.cross_reference.distortions import Distortions, batches, decoded
+from avs.iqa.cross_reference.distortions import Distortions, batches, captured_references, decoded
 from avs.iqa.cross_reference.trained_scorer import CrossReferenceScorer
 from avs.iqa.cross_reference.training_batches import resized_map
 from avs.iqa.held_out.held_out_settings import ReferencesVariant
@@ -113,16 +113,7 @@ def chosen_images(
     data: Distortions, other: Distortions, row: int, variant: ReferencesVariant, rng: np.random.Generator
 ) -> list[int]:
     """Return the numbers of the photographs that a rendering is compared with; its own is never among them."""
-    own = data.images[row]
     if variant.choice == "wrong":
-        pool = np.arange(len(other.photographs))
-    else:
-        captured = data.moments[data.moment_of[row]].captured
-        pool = np.array([image for image in captured if image != own], dtype=np.int64)
-    if variant.choice == "nearest":
-        distances = np.linalg.norm(data.centers[pool] - data.centers[own], axis=1)
-        order = pool[np.argsort(distances, kind="stable")]
-    else:
-        order = rng.permutation(pool)
-    chosen: list[int] = order[: variant.count].tolist()
-    return chosen
+        drawn: list[int] = rng.permutation(len(other.photographs))[: variant.count].tolist()
+        return drawn
+    return captured_references(data, row, variant.choice, rng)[: variant.count]

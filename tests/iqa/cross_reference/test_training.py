@@ -11,7 +11,13 @@ from avs.iqa.cross_reference.backbones import RepViT
 from avs.iqa.cross_reference.distortions import write_distortions
 from avs.iqa.cross_reference.network import build_network
 from avs.iqa.cross_reference.scorer_checkpoint import load_network, read_training
-from avs.iqa.cross_reference.scorer_settings import DINOv2Settings, RepViTSettings, ScorerSettings, TrainingSettings
+from avs.iqa.cross_reference.scorer_settings import (
+    DINOv2Settings,
+    ReferenceSettings,
+    RepViTSettings,
+    ScorerSettings,
+    TrainingSettings,
+)
 from avs.iqa.cross_reference.training import CHECKPOINT, train
 from avs.iqa.cross_reference.training_loss import centered_loss
 from avs.iqa.resizing import ResizeSettings
@@ -200,6 +206,7 @@ def _gone_on(paths, folder, settings):
     [
         {"centered": 1.0, "schedule": "cosine", "warmup": 3},
         {"backbone_frozen": None, "cache_features": False, "steps": 7},
+        {"references": ReferenceSettings(count=2, choice="nearest"), "centered": 1.0},
     ],
 )
 def test_a_training_that_was_killed_goes_on_to_the_same_bits(paths, tmp_path, monkeypatch, changes):
@@ -237,8 +244,21 @@ def _errors(card):
     return [point[name] for point in content for name in ("training", "held_out")]
 
 
-def test_two_processes_that_share_three_sets_have_the_errors_of_one(paths, tmp_path):
-    settings = _settings(batch=6, queries_per_set=2, crop=56, centered=1.0, learning_rate=1e-3)
+def test_the_choice_of_references_reaches_the_training(paths, tmp_path):
+    near, drawn = (
+        _train(paths, tmp_path / choice, _settings(references=ReferenceSettings(count=2, choice=choice)))
+        for choice in ("nearest", "random")
+    )
+    assert near[0].read_bytes() != drawn[0].read_bytes()
+    told = [json.loads(card.read_text())["held_out"]["pearson"] for _, card, _ in (near, drawn)]
+    assert told[0] != told[1]
+
+
+@pytest.mark.parametrize("choice", ["random", "nearest"])
+def test_two_processes_that_share_three_sets_have_the_errors_of_one(paths, tmp_path, choice):
+    references = ReferenceSettings(choice=choice)
+    changes = {"batch": 6, "queries_per_set": 2, "crop": 56, "centered": 1.0, "learning_rate": 1e-3}
+    settings = _settings(references=references, **changes)
     # Without standard channels the features of these pictures hardly differ, and gradients are rounding.
     settings = settings.model_copy(update={"network": RepViTSettings(standardized=True)})
     alone = _train(paths, tmp_path / "alone", settings)[1]

@@ -43,14 +43,34 @@ def test_references_never_show_the_view_of_a_query(toys, pool):
             torch.testing.assert_close(batch.maps[number, :, 0, 0], rows / 100, rtol=0, atol=1e-4)
             moments = {scene.moment_of[row] for row in rows.tolist()}
             assert len(moments) == 1
-            values = (batch.references[number, :, 0, 0, 0] * 255).round().int()
-            references = values[batch.present[number]].tolist()
+            values = (batch.references[number, 0, :, 0, 0, 0] * 255).round().int()
+            references = values[batch.present[number, 0]].tolist()
             assert len(set(references)) == len(references) > 0
             assert not {scene.images[row] for row in rows.tolist()} & set(references)
             if pool == "captured":
                 assert set(references) <= set(scene.moments[moments.pop()].captured)
             else:
                 assert len(references) == 5
+
+
+@pytest.mark.parametrize("pool", ["scene", "captured"])
+def test_each_query_has_the_references_nearest_to_it(toys, pool):
+    scene = _numbered(toys[0])
+    references = ReferenceSettings(count=2, choice="nearest")
+    sampler = Sampler([scene], _settings(references=references, reference_pool=pool), np.random.default_rng(0))
+    for _ in range(10):
+        batch = sampler.batch()
+        assert batch.references.shape[:3] == (2, 3, 2)
+        rows = (batch.queries[..., 0, 0, 0] * 255).round().int() - 100
+        found = (batch.references[..., 0, 0, 0] * 255).round().int()
+        for row, images in zip(rows.flatten().tolist(), found.flatten(0, 1).tolist(), strict=True):
+            own = scene.images[row]
+            captured = scene.moments[scene.moment_of[row]].captured
+            others = [
+                image for image in (captured if pool == "captured" else range(len(scene.photographs))) if image != own
+            ]
+            distances = {image: float(np.linalg.norm(scene.centers[image] - scene.centers[own])) for image in others}
+            assert images == sorted(others, key=distances.__getitem__)[:2]
 
 
 def test_query_and_map_share_a_crop(toys):
@@ -61,7 +81,7 @@ def test_query_and_map_share_a_crop(toys):
     batch = sampler.batch()
     torch.testing.assert_close(batch.maps, batch.queries[:, :, 0], rtol=0, atol=1e-4)
     assert batch.queries.shape == (2, 3, 3, 28, 28)
-    assert batch.references.shape == (2, 5, 3, 28, 28)
+    assert batch.references.shape == (2, 1, 5, 3, 28, 28)
 
 
 @pytest.mark.parametrize(("pad", "full"), [("none", False), ("black", True)])
@@ -69,7 +89,7 @@ def test_missing_references_are_absent_or_black(toys, pad, full):
     settings = _settings(references=ReferenceSettings(count=7, pad=pad), reference_pool="captured")
     batch = Sampler([toys[0]], settings, np.random.default_rng(2)).batch()
     assert bool(batch.present.all()) == full
-    assert float(batch.references[:, -1].abs().max()) == 0
+    assert float(batch.references[:, :, -1].abs().max()) == 0
 
 
 def test_same_seed_draws_the_same_batches(toys):
