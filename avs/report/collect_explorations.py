@@ -39,6 +39,10 @@ class Explorations:
         """Return the records of a method in a building, by seed."""
         return [record for place, record in sorted(self.cells.items()) if place[:2] == (building, method)]
 
+    def chose(self, building: str, method: str) -> bool:
+        """Return whether a method has chosen a path in a building; until then the robot does what it does for all."""
+        return any(record.decisions for record in self.of(building, method))
+
     def label(self, method: str) -> str:
         """Return the printed name of a method, its identifier where it has no record.
 

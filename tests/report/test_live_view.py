@@ -1,5 +1,6 @@
 """The live view: what it shows, on a stand-in for the package that serves it, and that it serves this machine alone."""
 
+import dataclasses
 import sys
 from types import SimpleNamespace
 
@@ -10,7 +11,7 @@ from avs.nvs.record import Episode
 from avs.report.page.live_view import camera_colors, covariances, quaternion, serve_episode
 from avs.representations.gaussians.ply import write_ply
 from avs.system.errors import UserError
-from avs.system.records import read_record
+from avs.system.records import read_record, write_record
 from tests.report.picture_records import write_episode, written_scene
 from tests.representations.test_ply import gaussians
 
@@ -61,6 +62,27 @@ def test_it_serves_this_machine_alone_with_the_model_and_the_cameras(run):
     server.slider.value = 1
     server.draw()
     assert len([name for name in server.shown if name.startswith("/cameras/")]) == len(scene.names)
+
+
+def test_names_that_agree_but_for_their_folder_are_cameras_of_their_own(run, monkeypatch):
+    path, folder, scene = run
+    episode = read_record(path, Episode)
+    named = {name: f"{'ab'[number % 2]}/{number // 2:03d}.png" for number, name in enumerate(scene.names)}
+    renamed = dataclasses.replace(scene, names=tuple(named.values()))
+    monkeypatch.setattr("avs.report.page.live_view.read_scene", lambda folder: renamed)
+    steps = [
+        step.model_copy(
+            update={
+                "candidates": [named[name] for name in step.candidates],
+                "chosen": [named[name] for name in step.chosen],
+            }
+        )
+        for step in episode.steps
+    ]
+    initial = [named[name] for name in episode.initial]
+    write_record(path, episode.model_copy(update={"steps": steps, "initial": initial}))
+    server = serve_episode(path, folder, 8123)
+    assert len([name for name in server.shown if name.startswith("/cameras/")]) == len(scene.test) + 7
 
 
 def test_colours_tell_the_order_and_the_scores(run):

@@ -8,6 +8,7 @@ import pytest
 from avs.report.tables.gain_reliability import FIELDS as GAIN_FIELDS
 from avs.report.tables.score_ranking import FIELDS, STATE_FIELDS, write_ranking_table
 from avs.report.tables.score_ranking_numbers import oriented
+from avs.selection import registry
 from avs.system.errors import UserError
 from avs.system.reasons import Reason
 from avs.system.records import write_record
@@ -239,6 +240,14 @@ def test_a_twin_and_what_methods_say_of_themselves_are_noted(table):
     assert "- attic: budget 7\n" in markdown
     assert "- gain: of 4 random candidates; a copy fitted with the candidate against" in markdown
     assert "until each view was used 8 times; twice, with independent orders of the views\n" in markdown
+
+
+def test_settings_that_are_not_the_defaults_are_told(table):
+    usual = registry.create_settings("fisherrf", {}).model_dump(mode="json")
+    own = scored("fisherrf", ONE, selector=usual | {"regularisation": 1e9})
+    _, markdown, _ = table([make_states([state()], [own, scored("random", ONE)])], ["random", "fisherrf"])
+    assert f"- FisherRF, not as by default: regularisation {1e9} instead of {usual['regularisation']}\n" in markdown
+    assert markdown.count("not as by default") == 1
 
 
 def test_equal_records_give_equal_bytes_in_any_order(written, tmp_path):

@@ -55,7 +55,7 @@ def write(
 ):
     """Write the records of an exploration, and return the path of the first."""
     kind = kind or (method if method in ("nearest", "oracle", "fisherrf") else "nearest")
-    settings = SlamSettings.model_validate({"scorer": {"kind": kind}, "exploration": {"steps": steps}, **more})
+    settings = SlamSettings.model_validate({"scorer": {"kind": kind}, "exploration": {"steps": steps}} | more)
     points = [
         CoveragePoint(step=step, scr_means=scr * step / steps, seen=scr, gaussians=10, path_length=1.0)
         for step in (0, steps // 2, steps)
@@ -169,6 +169,36 @@ def test_means_over_different_storeys_are_told_of(tmp_path):
     _, document = rows_of([write(tmp_path, seed=seed) for seed in (0, 1, 2)], ["nearest"])
     assert not any("storeys" in note for note in document.notes)
     assert "not all with a start of their own" in document.caption[-1]
+
+
+def test_settings_of_what_chooses_that_are_not_the_defaults_are_told(tmp_path):
+    fisher = {"kind": "fisherrf", "endpoint_weight": 0.0, "keyframes": 16}
+    ours = {"kind": "selector", "method": "farthest", "aggregate": "worst"}
+    niqe = {"kind": "selector", "method": "niqe", "settings": {"resize": {"side": "long", "pixels": 160}}}
+    paths = [
+        write(tmp_path, method=str(number), label=label, scorer=scorer)
+        for number, (label, scorer) in enumerate(
+            {"FisherRF": fisher, "FVS": ours, "NIQE": niqe, "Plain": {"kind": "fisherrf"}}.items()
+        )
+    ]
+    _, document = rows_of(paths, choosers(["nearest"]))
+    told = [note for note in document.notes if "not as by default" in note]
+    assert told[:2] == [
+        "FisherRF, not as by default: endpoint_weight 0.0 instead of 30.0, keyframes 16 instead of None",
+        "FVS, not as by default: aggregate worst instead of mean",
+    ]
+    assert told[2].startswith("NIQE, not as by default: resize.")
+    assert len(told) == 3
+
+
+def test_a_method_that_chose_nothing_has_no_rank(tmp_path):
+    paths = [write(tmp_path, scr=0.9), write(tmp_path, method="fisherrf", scr=0.5)]
+    record = read_record(paths[0], ExplorationRecord)
+    write_record(paths[0], record.model_copy(update={"decisions": [], "ended": "no way is left"}))
+    rows, document = rows_of(paths, ["nearest", "fisherrf"])
+    assert [rows["flat", label].cells[0].rank for label in ("Nearest frontier", "FisherRF")] == [None, 1]
+    told = "Nearest frontier in flat: chose no path with any seed, so that its row has no rank; no way is left"
+    assert told in document.notes
 
 
 def test_methods_of_one_name_are_told_apart(tmp_path):

@@ -132,6 +132,9 @@ def test_a_wrong_unit_is_found_by_the_height(scale, told):
     found = upright(mesh, FrameSettings(), ".ply", "mesh")
     if told is None:  # 8.2 feet are a possible height in metres: the user has to say
         assert found.box[1][2] == pytest.approx(2.5 * scale, rel=1e-5)
+        assert found.notes == ("its unit is taken for metres, in which it is 8.2 m high",)
+        assert not upright(mesh, FrameSettings(metres=1), ".ply", "mesh").notes
+        assert not upright(mesh, FrameSettings(up="z"), ".glb", "mesh").notes  # the format's unit is the metre
     else:
         assert np.allclose(found.box[1], (4, 3, 2.5), atol=1e-4)
         assert told in found.notes[0]
@@ -145,6 +148,13 @@ def test_the_upward_axis_is_found_and_said():
     assert np.allclose(found.vertices, mesh.vertices)
     assert "y is taken for the upward axis" in found.notes[0]
     assert not upright(turned, FrameSettings(), ".glb", "mesh").notes
+
+
+def test_a_texture_of_a_ply_file_is_said_not_to_be_read(tmp_path):
+    mesh = room()
+    content = ply_bytes(mesh.vertices, mesh.triangles)
+    (tmp_path / "a.ply").write_bytes(content.replace(b"\nelement", b"\ncomment TextureFile wall.png\nelement", 1))
+    assert "the texture that it names is not read" in read_building(tmp_path / "a.ply").notes[-1]
 
 
 def test_what_is_no_building_is_refused():

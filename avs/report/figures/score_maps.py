@@ -39,8 +39,9 @@ _NOTHING = "No maps: no method of this data set predicts one, or its episode kee
 _CAPTION = (
     "Views at the moments at which they were chosen on {scene} of {dataset}, with seed {seed}: the rendering, the SSIM "
     "map that the method predicts of it, and the SSIM map against the photograph, which no method but an oracle has. "
-    "Moments are spread evenly over the selections; numbers on maps are their means. SSIM below 0 is shown as 0; it is "
-    "high at the border, because beyond it both images count as black."
+    "Moments are spread evenly over the selections; numbers on maps are means of what is shown, eight bits with SSIM "
+    "below 0 as 0, so that they can be some thousandths above what was scored. SSIM is high at the border, because "
+    "beyond it both images count as black."
 )
 
 

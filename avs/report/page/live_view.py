@@ -84,7 +84,9 @@ def _add_steps(server: Any, episode: Episode, scene: Scene) -> None:  # noqa: AN
     def draw(_: object = None) -> None:
         server.scene.remove_by_name("/cameras")
         for name, color in camera_colors(episode, scene, int(slider.value) - 1).items():
-            _add_camera(server, f"/cameras/{Path(name).stem}", scene.cameras[scene.names.index(name)], color, depth)
+            # by number beside the name: in folders of one capture names can agree, and one node replaces another
+            row = scene.names.index(name)
+            _add_camera(server, f"/cameras/{row}_{Path(name).stem}", scene.cameras[row], color, depth)
 
     slider.on_update(draw)
     draw()

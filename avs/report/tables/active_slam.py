@@ -194,9 +194,10 @@ def _rows(
     methods: Mapping[str, PathScorerSettings],
     cells: Mapping[str, list[Cell]],
 ) -> tuple[Row, ...]:
-    """Return the rows of a building, with ranks among those that compete and have all their seeds."""
+    """Return the rows of a building, with ranks among those that compete, have chosen, and have all their seeds."""
     gaps = {place[1] for place in explorations.missing if place[0] == building}
-    compete = [method for method in cells if explorations.ranked(method) and method not in gaps]
+    able = [method for method in cells if explorations.ranked(method) and explorations.chose(building, method)]
+    compete = [method for method in able if method not in gaps]
     marked = {method: list(row) for method, row in cells.items()}
     for index, column in enumerate(columns):
         values = {method: cells[method][index].value for method in compete}
@@ -229,6 +230,8 @@ def _caption(explorations: Explorations) -> tuple[str, ...]:
         f"SCR: share of the surface that can be seen from the storey of the start within "
         f"{100 * evaluation['threshold']:g} cm of a Gaussian's centre, as the paper has it, and of the depth that the "
         "map renders along its way.",
+        f"SCR area: mean of SCR over the actions, on straight lines between measurements every "
+        f"{evaluation['every']} of them; fewer measurements give another number.",
         f"Depth MAE, PSNR and SSIM: at {record.final.poses} poses by chance all over the floor, what was not mapped "
         "included.",
     ]

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 
 from avs.report.collect_explorations import Explorations
 from avs.report.machines import differing
+from avs.report.tables.changed_settings import changed_chooser
 from avs.system.reasons import Reason
 
 
@@ -41,6 +42,7 @@ def _storeys(explorations: Explorations) -> list[str]:
 def remarks(explorations: Explorations, methods: Iterable[str]) -> list[str]:
     """Return what the records say of themselves, of storeys, of upper references and of the published values."""
     notes = [note for record in explorations.cells.values() for note in record.notes] + _storeys(explorations)
+    notes += [*_changed(explorations), *_idle(explorations)]
     unranked = [explorations.label(method) for method in methods if not explorations.ranked(method)]
     if unranked:
         notes.append(f"{', '.join(unranked)}: knows the building; an upper reference without a rank")
@@ -54,6 +56,25 @@ def remarks(explorations: Explorations, methods: Iterable[str]) -> list[str]:
         "buildings, another camera and another mapper, so that no difference is printed"
     )
     return notes
+
+
+def _changed(explorations: Explorations) -> list[str]:
+    """Return which settings of what chooses paths are not their defaults, methods that share them together."""
+    found: dict[str, dict[str, None]] = {}
+    for (_, method, _), record in sorted(explorations.cells.items()):
+        if told := changed_chooser(record.settings["scorer"]):
+            found.setdefault(told, {})[explorations.label(method)] = None
+    return [f"{', '.join(labels)}, not as by default: {told}" for told, labels in found.items()]
+
+
+def _idle(explorations: Explorations) -> list[str]:
+    """Return a note for each method that chose no path in a building: its row says nothing of it."""
+    return [
+        f"{explorations.label(method)} in {building}: chose no path with any seed, so that its row has no rank; "
+        + "; ".join(dict.fromkeys(record.ended for record in explorations.of(building, method)))
+        for building, method in dict.fromkeys(place[:2] for place in explorations.cells)
+        if not explorations.chose(building, method)
+    ]
 
 
 def absences(absent: Mapping[str, Reason]) -> list[str]:

@@ -8,8 +8,7 @@ from avs.nvs.record import Episode
 from avs.report.collect import Cell, Episodes, differing_settings
 from avs.report.machines import machine_notes
 from avs.report.methods import presented
-from avs.selection import registry
-from avs.system.errors import UserError
+from avs.report.tables.changed_settings import changed_settings
 
 _OPTIMISATION = (
     "what differs between seeds is the noise of the optimisation alone",
@@ -72,33 +71,10 @@ def own_settings(episodes: Episodes) -> list[str]:
     """
     found: dict[str, list[str]] = {}
     for method, cells in episodes.cells.items():
-        told = "; ".join(dict.fromkeys(_changed(method, episode.selector) for episode in cells.values()))
+        told = "; ".join(dict.fromkeys(changed_settings(method, episode.selector) for episode in cells.values()))
         if told:
             found.setdefault(told, []).append(method)
     return [f"{_labels(methods, episodes)}, not as by default: {told}" for told, methods in found.items()]
-
-
-def _changed(method: str, settings: Mapping[str, object]) -> str:
-    """Return the settings of a method that are not its defaults, such as ``resize.pixels 176 instead of 518``."""
-    if method not in registry.methods() or not settings:
-        return ""
-    try:
-        defaults = _flat(registry.create_settings(method, {}).model_dump(mode="json"))
-    except UserError:
-        return ""  # a method some of whose settings have no default
-    own = _flat(settings)
-    changed = {key: value for key, value in own.items() if value != defaults.get(key, value)}
-    return ", ".join(f"{key} {value} instead of {defaults[key]}" for key, value in changed.items())
-
-
-def _flat(settings: Mapping[str, object], beginning: str = "") -> dict[str, object]:
-    found: dict[str, object] = {}
-    for key, value in settings.items():
-        if isinstance(value, Mapping):
-            found |= _flat(value, f"{beginning}{key}.")
-        else:
-            found[f"{beginning}{key}"] = value
-    return found
 
 
 def equal_views(episodes: Episodes, *, of_views_alone: bool = False) -> list[str]:

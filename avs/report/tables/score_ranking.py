@@ -12,6 +12,7 @@ from avs.report.formats.writing import write_document
 from avs.report.methods import Presented, presented
 from avs.report.published import called
 from avs.report.tables.arrangement import arranged
+from avs.report.tables.changed_settings import changed_settings
 from avs.report.tables.episode_notes import grouped_notes
 from avs.report.tables.gain_reliability import Reliability, reliability, reliability_listing
 from avs.report.tables.score_ranking_numbers import COLUMNS, Ranking, summarise_ranking
@@ -177,6 +178,8 @@ def _notes(records: StateRecords, rows: Sequence[Presented], numbers: _Numbers) 
     for row in rows:
         scored = list(records.of_method(row.identifier).values())
         lines += [note for each in scored for note in each.notes]
+        changed = dict.fromkeys(changed_settings(row.identifier, each.selector) for each in scored)
+        lines += [f"{row.label}, not as by default: {told}" for told in changed if told]
         if any(each.own_fit for each in scored):
             lines.append(
                 f"{row.label}: scores a twin of the reconstruction, fitted its way on the same views; the truth is "

@@ -11,13 +11,16 @@ import numpy as np
 import numpy.typing as npt
 
 from avs.slam.building.building_mesh import GREY, Building, FloatArray, joined
+from avs.slam.building.named_colours import check_pictures
 from avs.slam.building.side_files import gltf_description
 from avs.system.compatibility import import_open3d
 from avs.system.errors import UserError
+from avs.system.files import explained
 
 SUFFIXES = (".glb", ".gltf", ".obj", ".ply")
 """The kinds of files that are read."""
 
+_HEADER = 65536  # bytes; more than any header of a PLY file
 _UNREADABLE = {
     "KHR_texture_basisu": (
         "has Basis textures, which are not read",
@@ -33,12 +36,14 @@ def read_building(path: Path) -> Building:
 
     Raises:
         UserError: the file is missing, is of another kind, is damaged, has no triangle, or has textures or a
-            compression that are not read.
+            compression that are not read; or a texture that it names is missing or damaged.
     """
     check_kind(path)
     if path.suffix.lower() in (".glb", ".gltf"):
         check_gltf(path)
-    building = _read_colored(path) if path.suffix.lower() == ".ply" else _read_model(path)
+    with explained():
+        textured = check_pictures(path)
+    building = _read_colored(path) if path.suffix.lower() == ".ply" else _read_model(path, textured)
     if not np.isfinite(building.vertices).all():
         raise UserError(path, "has vertices that are not finite numbers", "repair the mesh")
     return building
@@ -91,8 +96,8 @@ def _check_whole(path: Path) -> None:
         raise ValueError(f"it has {path.stat().st_size} of {announced} bytes")
 
 
-def _read_model(path: Path) -> Building:
-    """Return a mesh of several materials."""
+def _read_model(path: Path, textured: int) -> Building:
+    """Return a mesh of several materials, of which so many have a texture by what the file says."""
     open3d = import_open3d()
     with open3d.utility.VerbosityContextManager(open3d.utility.VerbosityLevel.Error):
         model = open3d.io.read_triangle_model(str(path))
@@ -100,7 +105,13 @@ def _read_model(path: Path) -> Building:
     parts = [part for part in parts if len(part.triangles)]
     if not parts:
         raise UserError(path, "has no triangle", "check that it is a mesh, and whole")
-    return joined(parts)
+    used = {piece.material_idx for piece in model.meshes}
+    found = sum(_picture(model.materials[number].albedo_img) is not None for number in used)
+    if textured and not found:
+        fault = "names textures that Open3D does not find or cannot read"
+        raise UserError(path, fault, "give them names of letters and digits, as PNG or JPEG, or export one .glb file")
+    lost = f"{textured - found} of {textured} textures are not read; their surfaces have the material's colour"
+    return joined(parts).noted(*([lost] if found < textured else []))
 
 
 def _read_colored(path: Path) -> Building:
@@ -110,7 +121,14 @@ def _read_colored(path: Path) -> Building:
         mesh = open3d.io.read_triangle_mesh(str(path))
     if not len(mesh.triangles):
         raise UserError(path, "has no triangle", "check that it is a mesh (a cloud of points is none), and whole")
-    return _part(mesh, None)
+    with path.open("rb") as stream:
+        textured = b"comment TextureFile" in stream.read(_HEADER).partition(b"end_header")[0]
+    part = _part(mesh, None)
+    return (
+        part.noted("the texture that it names is not read, as of any PLY file; .glb and .obj have some")
+        if textured
+        else part
+    )
 
 
 def _part(mesh: Any, material: Any) -> Building:  # noqa: ANN401 - Open3D has no types

@@ -19,6 +19,8 @@ HEIGHTS = (1.8, 30.0)
 """Heights in metres that a building, of one storey or of several, may have."""
 
 _UNITS = {"centimetres": 0.01, "millimetres": 0.001, "inches": 0.0254, "feet": 0.3048}
+_IN_METRES = (".glb", ".gltf")
+"""Formats that say what their unit is; one of feet can be as high as a building in metres."""
 _CLEARLY = 1.1
 _USUAL_HEIGHT = 3.5
 
@@ -55,7 +57,10 @@ def upright(building: Building, settings: FrameSettings, suffix: str, subject: o
     low, high = building.box
     size = high - low
     up, notes = _up(size, settings.up, suffix)
-    metres, unit_notes = _unit(float(size[1 if up == "y" else 2]), settings.metres, subject)
+    height = float(size[1 if up == "y" else 2])
+    metres, unit_notes = _unit(height, settings.metres, subject)
+    if metres == 1 and settings.metres is None and suffix not in _IN_METRES:
+        unit_notes = [f"its unit is taken for metres, in which it is {height:.1f} m high"]
     vertices = building.vertices.astype(np.float64) * metres
     if up == "y":
         vertices = np.stack([vertices[:, 0], -vertices[:, 2], vertices[:, 1]], axis=1)

@@ -7,7 +7,7 @@ import json
 import mmap
 import re
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path, PureWindowsPath
 from urllib.parse import unquote
 
@@ -65,16 +65,25 @@ def gltf_description(path: Path) -> bytes:
 
 
 def _of_obj(path: Path) -> Iterator[Path]:
+    for library in libraries_of(path):
+        yield library
+        for line in library.read_text(errors="replace").splitlines():
+            if not _is_numeric(line):
+                yield from places_of_line(line, [library.parent, path.parent])
+
+
+def libraries_of(path: Path) -> list[Path]:
+    """Return the files of materials of an ``.obj`` file that are there: those that it may name, and its own."""
     own = path.with_suffix(".mtl")  # taken where the named one is not there
-    libraries = [name for line in _lines_of_libraries(path) for name in _runs_of_words(line)]
-    for library in dict.fromkeys([*(each for name in libraries for each in _places(name, path.parent)), own]):
-        if library.is_file():
-            yield library
-            for line in library.read_text(errors="replace").splitlines():
-                if not _is_numeric(line):
-                    for name in _runs_of_words(line):
-                        yield from _places(name, library.parent)
-                        yield from _places(name, path.parent)
+    named = [each for line in _lines_of_libraries(path) for each in places_of_line(line, [path.parent])]
+    return [each for each in dict.fromkeys([*named, own]) if each.is_file()]
+
+
+def places_of_line(line: str, folders: Sequence[Path]) -> Iterator[Path]:
+    """Yield where the files may lie that a line names: each word of it, and all that stands from one to another."""
+    for name in _runs_of_words(line):
+        for folder in folders:
+            yield from _places(name, folder)
 
 
 def _lines_of_libraries(path: Path) -> Iterator[str]:

@@ -75,3 +75,10 @@ class ExplorationSettings(StrictModel):
     occupancy: OccupancySettings = Field(default=OccupancySettings(), description="what is known of the floor")
     frontiers: FrontierSettings = Field(default=FrontierSettings(), description="frontiers and candidate poses")
     paths: PathSettings = Field(default=PathSettings(), description="paths to the candidates")
+
+    @model_validator(mode="after")
+    def _something_is_chosen(self) -> Self:
+        if self.turns >= self.steps:
+            fault = f"the {self.turns} turns at the start take all {self.steps} actions, so that no path is ever chosen"
+            raise ValueError(f"{fault}; raise steps, or lower turns")
+        return self

@@ -36,8 +36,6 @@ class FisherPathScorer:
         """Score by ``settings``."""
         self.settings = settings
         self.notes: tuple[str, ...] = ()
-        if settings.keyframes is not None:
-            self.notes = (f"FisherRF takes at most {settings.keyframes} keyframes for known, where its code takes all",)
         self._known: tuple[int, FloatArray] | None = None
 
     def shortlist(self, moment: Moment, count: int) -> Shortlist:

@@ -18,7 +18,7 @@ class OracleScorer:
     """Most of the true surface seen for the first time at the end of the way, by metre of the way."""
 
     label = "Greedy oracle"
-    notes: tuple[str, ...] = ("it looks at the true mesh, which no method can: an upper reference",)
+    notes: tuple[str, ...] = ()
 
     def __init__(self, surface: SeenSurface) -> None:
         """Look at ``surface``, which the exploration keeps up to date."""
