@@ -54,7 +54,7 @@ def settings(scorer=None, steps=110, **more):
             "mapper": {"map_every": 12, "iterations": 4, "keyframes": {"every": 6, "window": 4}},
             "exploration": {
                 "steps": steps,
-                "turns": 72,
+                "turns": min(72, steps - 1),
                 "occupancy": {"cells": 200},
                 "frontiers": {"considered": 3, "candidates": 24, "erosion": 5},
                 "paths": {"shortlist": 5, "horizon": 15},
@@ -294,7 +294,7 @@ def test_a_program_is_that_of_the_method_and_of_its_weights(tmp_path):
 )
 def test_a_grid_that_is_too_small_is_told_of(mesh, more, note):
     notes = open_world(mesh, "rooms", settings(exploration=more), 0).notes
-    assert any(note in one for one in notes) if note else not notes
+    assert any(note in one for one in notes) if note else not any("grid" in one for one in notes)
 
 
 def test_a_camera_that_sees_nothing_from_the_floor_is_one_line(tmp_path):
