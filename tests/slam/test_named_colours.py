@@ -154,3 +154,15 @@ def test_a_texture_in_a_gltf_file_must_be_whole(tmp_path, embedded):
     assert len(read_building(write(picture())).textures) == 1
     with pytest.raises(UserError, match=r"its texture wall is damaged or cut off"):
         read_building(write(picture()[:-2000]))
+
+
+def test_a_texture_is_multiplied_with_the_colour_of_its_material(tmp_path):
+    path = gltf(tmp_path, {"uri": "wall.png"})
+    Image.fromarray(np.full((4, 4, 3), 188, np.uint8)).save(tmp_path / "wall.png")
+    plain = read_building(path).textures[0]
+    assert (plain == 188).all()
+    described = json.loads(path.read_text())
+    described["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = [1.0, 0.5, 0.0, 1.0]
+    path.write_text(json.dumps(described))
+    # 188 is half the light of 255: half of that is a quarter, which sRGB encodes as 137
+    assert np.unique(read_building(path).textures[0].reshape(-1, 3), axis=0).tolist() == [[188, 137, 0]]

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from avs.scene.srgb import from_srgb, to_srgb
 from avs.slam.building.building_mesh import GREY, Building, FloatArray, joined
 from avs.slam.building.named_colours import check_pictures
 from avs.slam.building.side_files import gltf_description
@@ -101,7 +102,8 @@ def _read_model(path: Path, textured: int) -> Building:
     open3d = import_open3d()
     with open3d.utility.VerbosityContextManager(open3d.utility.VerbosityLevel.Error):
         model = open3d.io.read_triangle_model(str(path))
-    parts = [_part(piece.mesh, model.materials[piece.material_idx]) for piece in model.meshes]
+    tinted = path.suffix.lower() != ".obj"  # whose readers do not agree on colours beside textures: some are black
+    parts = [_part(piece.mesh, model.materials[piece.material_idx], tinted) for piece in model.meshes]
     parts = [part for part in parts if len(part.triangles)]
     if not parts:
         raise UserError(path, "has no triangle", "check that it is a mesh, and whole")
@@ -123,7 +125,7 @@ def _read_colored(path: Path) -> Building:
         raise UserError(path, "has no triangle", "check that it is a mesh (a cloud of points is none), and whole")
     with path.open("rb") as stream:
         textured = b"comment TextureFile" in stream.read(_HEADER).partition(b"end_header")[0]
-    part = _part(mesh, None)
+    part = _part(mesh, None, tinted=False)
     return (
         part.noted("the texture that it names is not read, as of any PLY file; .glb and .obj have some")
         if textured
@@ -131,14 +133,18 @@ def _read_colored(path: Path) -> Building:
     )
 
 
-def _part(mesh: Any, material: Any) -> Building:  # noqa: ANN401 - Open3D has no types
-    """Return one mesh of Open3D with its material, if that has a picture or a colour."""
+def _part(mesh: Any, material: Any, tinted: bool) -> Building:  # noqa: ANN401 - Open3D has no types
+    """Return one mesh of Open3D with its material, if that has a picture or a colour.
+
+    A picture is multiplied with the colour of its material where it is ``tinted``, as glTF has it.
+    """
     vertices = np.asarray(mesh.vertices, np.float32)
     triangles = np.asarray(mesh.triangles, np.int32)
     notes: tuple[str, ...] = ()
     texture = None if material is None or not mesh.has_triangle_uvs() else _picture(material.albedo_img)
     corners = np.zeros((len(triangles), 3, 2), np.float32)
     if texture is not None:
+        texture = _multiplied(texture, np.asarray(material.base_color, np.float32)[:3]) if tinted else texture
         corners = np.asarray(mesh.triangle_uvs, np.float32).reshape(-1, 3, 2)
     if mesh.has_vertex_colors():
         colors = np.asarray(mesh.vertex_colors, np.float32)
@@ -164,10 +170,18 @@ def _picture(image: Any) -> npt.NDArray[np.uint8] | None:  # noqa: ANN401
     return np.ascontiguousarray(pixels[:, :, :3])
 
 
+def _multiplied(texture: npt.NDArray[np.uint8], color: FloatArray) -> npt.NDArray[np.uint8]:
+    """Return a texture times a linear colour ``[3]`` in 0..1."""
+    if (color >= 1).all():
+        return texture
+    table = to_srgb(from_srgb(np.arange(256, dtype=np.float32) / 255)[:, None] * color)
+    shades = np.clip(np.rint(table * 255), 0, 255).astype(np.uint8)
+    return np.stack([shades[texture[..., channel], channel] for channel in range(3)], axis=-1)
+
+
 def _plain(material: Any, count: int) -> tuple[FloatArray, tuple[str, ...]]:  # noqa: ANN401
     """Return one colour for all vertices: the material's own, or grey, and what to say of it."""
     base = None if material is None else np.asarray(material.base_color, np.float32)[:3]
     if base is None or (base >= 1).all():
         return np.full((count, 3), GREY, np.float32), ("surfaces without texture and colours are grey",)
-    shade = np.where(base <= 0.0031308, base * 12.92, 1.055 * base ** (1 / 2.4) - 0.055)
-    return np.tile(shade.astype(np.float32), (count, 1)), ("surfaces without texture have their material's colour",)
+    return np.tile(to_srgb(base), (count, 1)), ("surfaces without texture have their material's colour",)

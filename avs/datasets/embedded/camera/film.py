@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from avs.datasets.embedded.camera.lens import Lens
 from avs.datasets.embedded.geometry.mesh_model import Array
-from avs.datasets.embedded.materials.library_photographs import to_srgb
+from avs.scene.srgb import to_srgb
 
 WHITE = 2.2
 """Exposed light beyond which samples are clipped: the curve is flat there, and edges against it would be jagged."""

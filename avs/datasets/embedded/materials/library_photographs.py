@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
+from avs.scene.srgb import from_srgb
 from avs.system.errors import UserError
 
 Array = npt.NDArray[np.float32]
@@ -70,15 +71,3 @@ def tileable(image: Array) -> Array:
     norm = np.sqrt(weight**2 + (1 - weight) ** 2)
     blend = mean + (weight * (image - mean) + (1 - weight) * (moved - mean)) / norm
     return np.asarray(np.clip(blend, 0, 1), np.float32)
-
-
-def from_srgb(values: npt.NDArray[np.floating]) -> Array:
-    """Undo the sRGB encoding of ``values`` in 0..1 (IEC 61966-2-1)."""
-    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4).astype(np.float32)
-
-
-def to_srgb(values: npt.NDArray[np.floating]) -> Array:
-    """Encode linear ``values`` in 0..1 as sRGB (IEC 61966-2-1)."""
-    return np.where(values <= 0.0031308, values * 12.92, 1.055 * np.maximum(values, 1e-9) ** (1 / 2.4) - 0.055).astype(
-        np.float32
-    )
