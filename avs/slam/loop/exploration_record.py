@@ -118,7 +118,9 @@ class ExplorationMeta(StrictModel):
     decision_seconds: list[float] = Field(description="from the grid to the choice, for each decision")
     score_seconds: list[float] = Field(description="the part of it that scoring took")
     memory_bytes: list[int] = Field(description="peak resident memory of the process at each point of the curve")
-    total_seconds: float
+    total_seconds: float = Field(
+        description="of the process that ended it; of one that was killed and gone on with, `seconds` count the whole"
+    )
     machine: dict[str, str]
     packages: dict[str, str]
     revision: str | None
