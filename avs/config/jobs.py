@@ -39,6 +39,7 @@ from avs.coverage.coverage_settings import CoverageJob, CoverageSettings, Refere
 from avs.datasets.folder_reader import FolderReader
 from avs.nvs.common_states_settings import CommonStatesJob, CommonStatesSettings, ScoredMethodSettings
 from avs.nvs.episode_settings import EpisodeSettings
+from avs.nvs.protocol import OWN_SETTINGS
 from avs.nvs.timing_settings import RuntimeSettings, StateSettings, TimingSettings
 from avs.report.published import COVERAGE_NAME, PICTURES, RUNTIME_NAMES
 from avs.representations.needed_points import NeededPoints
@@ -67,12 +68,11 @@ def _scene(config: Config, name: str) -> SceneJob:
 
 def _episode(config: Config, method: str) -> EpisodeSettings:
     protocol = protocol_of(config, method)
-    moments = ("additions", "views_per_step", "refit")  # what the choice of views has no part in
     return EpisodeSettings(
         method=method,
         device=config.device,
         protocol=protocol,
-        own_schedule=any(getattr(protocol, name) != getattr(config.protocol, name) for name in moments),
+        own=tuple(name for name in OWN_SETTINGS if getattr(protocol, name) != getattr(config.protocol, name)),
         representation=config.representation,
         selector=config.selectors.get(method, {}),
         pictures=config.pictures,

@@ -18,9 +18,8 @@ class EpisodeSettings(StrictModel):
     method: str = Field(description="identifier of the selection method")
     device: Literal["cpu", "cuda"] = Field(description="where the reconstruction and networks run")
     protocol: ProtocolSettings = Field(description="the loop")
-    own_schedule: bool = Field(
-        default=False,
-        description="whether views come at other moments than those of the run's other methods, or refit is another",
+    own: tuple[str, ...] = Field(
+        default=(), description="settings of the loop that the method has for itself: the run's are others"
     )
     representation: AnyRepresentationSettings = Field(description="the reconstruction")
     selector: dict[str, Any] = Field(description="settings of the method")

@@ -11,7 +11,7 @@ from avs.nvs.evaluation import Evaluator
 from avs.nvs.loop import Identity, Outcome, Plan, Progress, run
 from avs.nvs.pictures import write_pictures
 from avs.nvs.program import ListedViews, read_views
-from avs.nvs.protocol import ProtocolSettings
+from avs.nvs.protocol import SCHEDULE, ProtocolSettings
 from avs.nvs.record import Episode
 from avs.nvs.schedule import initial_captures
 from avs.representations import kinds
@@ -57,7 +57,7 @@ def run_episode(
     take_device(settings.device)
     scene = read_scene(scene_folder)
     method = registry.find(settings.method).method if views is None else _program(settings.protocol, scene, views)
-    if settings.own_schedule and method.group not in UNRANKED:  # the schedule by itself changes the result
+    if set(settings.own).intersection(SCHEDULE) and method.group not in UNRANKED:
         method = dataclasses.replace(method, group=OWN_SCHEDULE)
     # A program reads its settings by itself; they are recorded as they are.
     checked = registry.create_settings(settings.method, settings.selector) if views is None else Settings()
@@ -68,6 +68,7 @@ def run_episode(
         selector=settings.selector if views is not None else checked.model_dump(mode="json"),
         weights_hash=None if weights is None else file_hash(weights),
         weights_file=None if weights is None else weights.name,
+        own=settings.own,
     )
     plan = Plan(
         scene=scene,

@@ -36,6 +36,7 @@ class Identity:
     selector: dict[str, object]
     weights_hash: str | None = None
     weights_file: str | None = None
+    own: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -247,6 +248,7 @@ class _Loop:
             selector=identity.selector,
             weights_hash=identity.weights_hash,
             weights_file=identity.weights_file,
+            own=list(identity.own),
             initial=names[:initial],
             selected=names[initial:],
             budget=self.budget,

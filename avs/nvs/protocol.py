@@ -77,6 +77,9 @@ class ProtocolSettings(StrictModel):
 OWN_SETTINGS = ("additions", "views_per_step", "views_per_choice", "refit")
 """Settings of the loop that a method may have for itself: they belong to it, as the batches of FisherRF4 do."""
 
+SCHEDULE = ("additions", "views_per_step", "refit")
+"""Those of them that change the result by themselves, whichever views are chosen."""
+
 
 def check_own_settings(method: str, own: Mapping[str, object], common: ProtocolSettings) -> None:
     """Refuse settings of one method by which it could not be compared with the others.

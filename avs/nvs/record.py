@@ -71,6 +71,7 @@ class Episode(StrictModel):
     chooses: Literal["lowest", "highest"] = Field(description="which scores were captured first")
     seed: int
     protocol: dict[str, Any] = Field(description="the settings of the loop")
+    own: list[str] = Field(default=[], description="those of them that the method has for itself: the run's are others")
     representation: dict[str, Any] = Field(description="the settings of the reconstruction")
     selector: dict[str, Any] = Field(description="the settings of the method")
     weights_hash: str | None = Field(description="SHA-256 of the scorer's weights, or null")

@@ -9,9 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from avs.nvs.protocol import OWN_SETTINGS
 from avs.nvs.record import CurvePoint, Episode
-from avs.selection.contract import OWN_SCHEDULE
 from avs.system.errors import UserError
 from avs.system.records import read_record
 
@@ -135,28 +133,22 @@ def image_mean(point: CurvePoint, metric: str) -> float | None:
 
 def common_protocol(episodes: Episodes) -> dict[str, Any]:
     """Return the settings of the loop of a method that follows those of the run, or of any if none does."""
-    found = [episode for episode in episodes.all if episode.group != OWN_SCHEDULE]
-    return (found or episodes.all)[0].protocol
+    return min(episodes.all, key=lambda episode: len(episode.own)).protocol
 
 
 def differing_settings(episodes: Episodes) -> dict[str, list[tuple[str, str, str | None]]]:
-    """Return by method the settings of the loop that it has for itself: the name, its value, and the common one.
+    """Return by method the settings of the loop that it has for itself: the name, its value, and the run's.
 
-    Methods without any are left out. Where each has its own and none is had by most, the common one is None, and each
-    method is named: the records do not tell what the run's is.
+    Methods without any are left out. Where every method has one for itself, the run's is not known: None.
     """
-    found: dict[str, list[tuple[str, str, str | None]]] = {}
     firsts = {method: next(iter(cells.values())) for method, cells in episodes.cells.items() if cells}
-    elsewhere = {method for method, episode in firsts.items() if episode.group == OWN_SCHEDULE}
-    for key in OWN_SETTINGS:
-        values = {method: episode.protocol.get(key) for method, episode in firsts.items()}
-        common = [values[method] for method in values if method not in elsewhere] or list(values.values())
-        usual = max(common, key=common.count)
-        told = len(elsewhere) < len(values) or 2 * common.count(usual) > len(common)
-        for method, value in values.items():
-            if value != usual or not told:
-                found.setdefault(method, []).append((key, _plain(value), _plain(usual) if told else None))
-    return {method: found[method] for method in episodes.cells if method in found}
+    found: dict[str, list[tuple[str, str, str | None]]] = {}
+    for method, episode in firsts.items():
+        for key in episode.own:
+            usual = [_plain(each.protocol.get(key)) for each in firsts.values() if key not in each.own]
+            told = (key, _plain(episode.protocol.get(key)), usual[0] if usual else None)
+            found.setdefault(method, []).append(told)
+    return found
 
 
 def _plain(value: object) -> str:
@@ -174,8 +166,9 @@ def _check_comparable(path: Path, episode: Episode, dataset: dict[str, dict[Cell
     same_scene = next(
         other for cells in dataset.values() for (scene, _), other in cells.items() if scene == episode.scene
     )
-    shared = {key: value for key, value in episode.protocol.items() if key not in OWN_SETTINGS}
-    expected = {key: value for key, value in first.protocol.items() if key not in OWN_SETTINGS}
+    apart = {*episode.own, *first.own}
+    shared = {key: value for key, value in episode.protocol.items() if key not in apart}
+    expected = {key: value for key, value in first.protocol.items() if key not in apart}
     for name, own, other in (
         ("protocol", shared, expected),
         ("representation", episode.representation, first.representation),

@@ -106,8 +106,9 @@ def test_a_method_whose_views_come_at_other_moments_is_told_so():
     values |= {"methods": ["random", "farthest", "fisherrf4"]}
     values |= {"method_protocols": {"random": {"additions": [1, 2, 3, 4]}}}
     config = load(values)
-    own = {method: settings_of(config, f"episode/{method}").own_schedule for method in config.methods}
-    assert own == {"random": True, "farthest": False, "fisherrf4": False}
-    config = load(values | {"method_protocols": {"random": {"refit": "reinit"}}})
-    own = {method: settings_of(config, f"episode/{method}").own_schedule for method in config.methods}
-    assert own == {"random": True, "farthest": False, "fisherrf4": False}
+    own = {method: settings_of(config, f"episode/{method}").own for method in config.methods}
+    assert own == {"random": ("additions",), "farthest": (), "fisherrf4": ("views_per_choice",)}
+    repeated = {"refit": values["protocol"].get("refit", "continue")}
+    config = load(values | {"method_protocols": {"random": {"refit": "reinit"}, "farthest": repeated}})
+    own = {method: settings_of(config, f"episode/{method}").own for method in config.methods}
+    assert own == {"random": ("refit",), "farthest": (), "fisherrf4": ("views_per_choice",)}

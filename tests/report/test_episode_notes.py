@@ -21,7 +21,8 @@ def test_notes_of_episodes_are_repeated_once(episode, table):
 
 def test_settings_of_one_method_are_told(episode, table):
     own = episode("random").protocol | {"views_per_step": 4}
-    _, markdown, _ = table([episode("random"), episode("farthest"), episode("piqe", protocol=own)], METHODS[:3])
+    apart = episode("piqe", protocol=own, own=["views_per_step"])
+    _, markdown, _ = table([episode("random"), episode("farthest"), apart], METHODS[:3])
     said = "has settings of the loop for itself, which are part of its row: views_per_step 4 instead of 1\n"
     assert f"- PIQE {said}" in markdown
 
@@ -37,11 +38,27 @@ def test_settings_of_a_method_that_are_not_its_defaults_are_told(episode, table)
 def test_where_each_method_has_its_own_settings_none_counts_as_the_common_one(episode, table):
     """The records do not tell what the run's are."""
     usual = episode("random").protocol
-    own = {"random": usual | {"additions": [1, 2]}, "farthest": usual | {"views_per_step": 2}}
-    _, markdown, _ = table([episode(name, protocol=each, group="Own schedule") for name, each in own.items()], [*own])
+    own = {"random": usual | {"additions": [1, 2]}, "farthest": usual | {"additions": [3, 4], "views_per_step": 2}}
+    names = {"random": ["additions"], "farthest": ["additions", "views_per_step"]}
+    episodes = [episode(name, protocol=each, own=names[name], group="Own schedule") for name, each in own.items()]
+    _, markdown, _ = table(episodes, [*own])
     said = "has settings of the loop for itself, which are part of its row"
-    assert f"- Random {said}: additions 1, 2, views_per_step 1\n" in markdown
-    assert f"- FVS {said}: additions 20, 45, views_per_step 2\n" in markdown
+    assert f"- Random {said}: additions 1, 2\n" in markdown
+    assert f"- FVS {said}: additions 3, 4, views_per_step 2 instead of 1\n" in markdown
+
+
+@pytest.mark.parametrize("order", [("random", "piqe", "musiq"), ("piqe", "musiq", "random")])
+def test_whose_settings_are_their_own_depends_on_no_majority_and_no_order(episode, table, order):
+    own = episode("random").protocol | {"views_per_choice": 2}
+    episodes = {
+        "random": episode("random"),
+        **{name: episode(name, protocol=own, own=["views_per_choice"]) for name in ("piqe", "musiq")},
+    }
+    _, markdown, _ = table([episodes[name] for name in order], [*order])
+    said = "has settings of the loop for itself, which are part of its row: views_per_choice 2 instead of 1\n"
+    assert f"- PIQE {said}" in markdown
+    assert f"- MUSIQ {said}" in markdown
+    assert "Random has settings" not in markdown
 
 
 def test_enough_seeds_are_not_said_to_be_too_few(episode, table):
