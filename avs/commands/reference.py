@@ -33,5 +33,7 @@ def reference(
         found = list(kept.deviations(results, place))
         for each in found:
             print(f"{'TOO FAR: ' if kept.is_too_far(each, bits) else ''}{each.line()}")
+        if names := kept.not_compared(place):
+            print(f"without single values of their own, so not compared: {', '.join(names)}")
         if not found or any(kept.is_too_far(each, bits) for each in found):
             sys.exit(1)

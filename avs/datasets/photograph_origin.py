@@ -28,6 +28,9 @@ class Origin(StrictModel):
     lens: str = Field(description="COLMAP's model of the camera")
     ordered: bool = Field(description="whether names follow a path")
     rate: float | None = Field(description="frames of the video that are taken a second; null for photographs")
+    made: dict[str, str] = Field(
+        default={}, description="SHA-256 of each file of the capture itself, its pictures and poses, by its path in it"
+    )
 
 
 def photographs_in(source: Path, out: Path) -> list[Path]:
@@ -70,11 +73,24 @@ def origin_of(source: Path, out: Path, *, lens: str, ordered: bool, rate: float)
     )
 
 
-def check_origin(out: Path, origin: Origin) -> None:
-    """See that the capture that is there was made of the same; of the same files in another place is as good.
+def files_made(capture: Path) -> dict[str, str]:
+    """Return the pictures and poses of a capture, as ``Origin.made`` has them.
 
     Raises:
-        UserError: it was made of something else, or does not tell.
+        OSError: a file cannot be read.
+    """
+    found = [*(path for path in walk_files(capture / "images") if is_image(path)), *walk_files(capture / "sparse")]
+    return {_text(path.relative_to(capture)): file_hash(path) for path in sorted(found)}
+
+
+def check_origin(out: Path, origin: Origin) -> None:
+    """See that the capture that is there was made of the same, and is as it was made.
+
+    Of the same files in another place is as good. Of a capture that does not tell what it holds, as those of earlier
+    versions, the pictures must be copies of the photographs.
+
+    Raises:
+        UserError: it was made of something else, or does not tell; or its own files have changed.
     """
     remedy = "remove it to find the poses anew, or rename the source"
     if not (out / NAME).is_file():
@@ -87,8 +103,18 @@ def check_origin(out: Path, origin: Origin) -> None:
         raise UserError(out, f"was made of {before.place}", remedy)
     if changed:
         raise UserError(out, f"was made before these changed, came or went: {some_of(changed)}", remedy)
-    if before.model_copy(update={"place": origin.place}) != origin:
+    if before.model_copy(update={"place": origin.place, "made": {}}) != origin:
         raise UserError(out, f"was made with other options ({_options(before)})", remedy)
+    made = files_made(out)
+    if before.made:
+        expected, compared = before.made, made
+    else:
+        expected = {} if before.rate is not None else {f"images/{name}": told for name, told in before.files.items()}
+        compared = {name: told for name, told in made.items() if expected and name.startswith("images/")}
+    others = sorted(name for name in expected.keys() | compared.keys() if expected.get(name) != compared.get(name))
+    if others:
+        fault = f"its own files have changed, come or gone since its poses were found: {some_of(others)}"
+        raise UserError(out, fault, "put them back, or remove it to find the poses anew")
 
 
 def _is_below(path: Path, folder: Path) -> bool:

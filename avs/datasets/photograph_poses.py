@@ -11,7 +11,7 @@ from PIL import Image
 
 from avs.datasets.capture_folders import walk_files
 from avs.datasets.image_names import is_image
-from avs.datasets.photograph_origin import NAME, Origin, check_origin, files_in, origin_of, photographs_in
+from avs.datasets.photograph_origin import NAME, Origin, check_origin, files_in, files_made, origin_of, photographs_in
 from avs.datasets.video_frames import every_frame
 from avs.scene.images import read_header, read_image
 from avs.system.errors import UserError
@@ -67,7 +67,7 @@ def write_capture(
         told = _map(source, temporary, origin, tell)
         if origin_of(source, out, lens=lens, ordered=ordered, rate=rate) != origin:
             raise UserError(source, "changed while its poses were found", "run again")
-        write_record(temporary / NAME, origin)
+        write_record(temporary / NAME, origin.model_copy(update={"made": files_made(temporary)}))
     tell(f"{out}: {told[0]}")
     for line in told[1:]:
         tell(line)

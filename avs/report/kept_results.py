@@ -26,7 +26,7 @@ from avs.system.records import read_record, write_record
 ABOUT = "reference.json"
 """What a kept run was; ``ReferenceRun``."""
 
-_SINGLE = ("_per_scene.csv", "_per_state.csv", "_per_run.csv")
+_SINGLE = ("_per_scene.csv", "_per_state.csv", "_per_run.csv", "_per_episode.csv")
 _VALUE = "value"
 _OF_TIME = "seconds"
 
@@ -137,11 +137,20 @@ def deviations(results: Path, folder: Path) -> Iterator[Deviation]:
             pairs[key[0]].append((kept[key], found[key]))
         for metric in sorted({key[0] for key in kept}):
             expected, measured = np.array(pairs[metric], dtype=np.float64).reshape(-1, 2).T
-            apart = np.abs(measured - expected)
+            # a value that is no number on one side alone is infinitely far from what should be there
+            same = (measured == expected) | (np.isnan(measured) & np.isnan(expected))
+            apart = np.where(same, 0.0, np.nan_to_num(np.abs(measured - expected), nan=np.inf))
             square = float(np.sqrt(np.mean(apart**2))) if len(apart) else 0.0
             largest = float(apart.max(initial=0))
-            counts = len(apart), int((apart > 0).sum())
+            counts = len(apart), int((~same).sum())
             yield Deviation(path.name, metric, *counts, square, largest, lacking[metric])
+
+
+def not_compared(folder: Path) -> list[str]:
+    """Return the tables of a reference of which no single values are kept, so that nothing is compared of them."""
+    names = sorted(path.stem for path in (folder / "tables").glob("*.md"))
+    compared = [path.name for path in (folder / "tables").glob("*.csv") if path.name.endswith(_SINGLE)]
+    return [name for name in names if not any(each.removeprefix(name) in _SINGLE for each in compared)]
 
 
 def is_too_far(deviation: Deviation, bits: bool) -> bool:

@@ -11,7 +11,7 @@ from avs.system.models import StrictModel
 BASE = "base"
 """What the sensitivity table calls the run's own settings."""
 
-ENDINGS = ("_agreement", "_differences", "_gain", "_pairs", "_per_scene", "_per_state", "_ranks")
+ENDINGS = ("_agreement", "_differences", "_gain", "_pairs", "_per_episode", "_per_scene", "_per_state", "_ranks")
 """What is appended to the name of a data set's table for the files beside it: no data set's own name ends so."""
 
 

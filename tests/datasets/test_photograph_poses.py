@@ -195,6 +195,36 @@ def test_another_source_or_option_is_one_line_and_the_capture_stays(other, again
     assert {path: path.read_bytes() for path in (again / "out").rglob("*") if path.is_file()} == before
 
 
+def _brightened(path):
+    with Image.open(path) as image:
+        pixels = np.minimum(np.asarray(image).astype(int) * 3 // 2, 255).astype(np.uint8)
+    Image.fromarray(pixels).save(path)
+
+
+@pytest.mark.parametrize("earlier", [False, True])
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda out: (out / "images" / "some" / "03.png").unlink(),
+        lambda out: _brightened(out / "images" / "some" / "00.png"),
+        lambda out: shutil.copyfile(out / "images" / "some" / "00.png", out / "images" / "new.png"),
+        lambda out: (out / "sparse" / "0" / "images.bin").write_bytes(b"others"),
+    ],
+)
+def test_a_capture_whose_own_files_changed_is_refused(again, change, earlier, request):
+    out = again / "out"
+    if earlier:  # of a version that kept no account of them: the photographs tell of the pictures
+        told = json.loads((out / "made_of.json").read_text())
+        del told["digest"]
+        write_record(out / "made_of.json", Origin(**told | {"made": {}}))
+        assert "used as it is" in found(again / "one" / "trip", out)[0]
+    change(out)
+    if earlier and (out / "sparse" / "0" / "images.bin").read_bytes() == b"others":
+        return  # which nothing tells of there
+    with pytest.raises(UserError, match="out: its own files have changed, come or gone since its poses were found"):
+        found(again / "one" / "trip", out)
+
+
 def test_a_folder_of_the_same_name_elsewhere_is_another(again):
     photographs(again / "two" / "trip", 5)
     with pytest.raises(UserError, match=rf"out: was made of {again}/one/trip; remove it"):

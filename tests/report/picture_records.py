@@ -40,7 +40,7 @@ def write_episode(root, scene, method, seed=0, shift=0, maps=False, settings=Non
     plan = Plan(
         scene=scene,
         protocol=protocol,
-        identity=Identity(method, seed, {}, {}),
+        identity=Identity(method, seed, {}, {}, own=() if protocol == PROTOCOL else ("views_per_choice",)),
         method=metadata,
         selector=selector,
         build=lambda captured: MeanColor(),

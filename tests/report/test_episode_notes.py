@@ -49,15 +49,15 @@ def test_where_each_method_has_its_own_settings_none_counts_as_the_common_one(ep
 
 @pytest.mark.parametrize("order", [("random", "piqe", "musiq"), ("piqe", "musiq", "random")])
 def test_whose_settings_are_their_own_depends_on_no_majority_and_no_order(episode, table, order):
-    own = episode("random").protocol | {"views_per_choice": 2}
+    own = episode("random").protocol | {"views_per_step": 2}
     episodes = {
         "random": episode("random"),
-        **{name: episode(name, protocol=own, own=["views_per_choice"]) for name in ("piqe", "musiq")},
+        **{name: episode(name, protocol=own, own=["views_per_step"]) for name in ("piqe", "musiq")},
     }
     _, markdown, _ = table([episodes[name] for name in order], [*order])
-    said = "has settings of the loop for itself, which are part of its row: views_per_choice 2 instead of 1\n"
+    said = "has settings of the loop for itself, which are part of its row: views_per_step 2 instead of 1\n"
     assert f"- PIQE {said}" in markdown
-    assert f"- MUSIQ {said}" in markdown
+    assert f"- musiq {said}" in markdown
     assert "Random has settings" not in markdown
 
 

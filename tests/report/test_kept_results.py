@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from avs.nvs.record import EpisodeMeta
-from avs.report.kept_results import ABOUT, ReferenceRun, deviations, is_too_far, keep, same_bits
+from avs.report.kept_results import ABOUT, ReferenceRun, deviations, is_too_far, keep, not_compared, same_bits
 from avs.system.errors import UserError
 from avs.system.records import read_record, write_record
 
@@ -112,3 +112,17 @@ def test_the_results_of_this_checkout_are_those_of_the_reference():
     if not (results / "tables" / "nvs_orbit_per_scene.csv").is_file() or not folder.is_dir():
         pytest.skip("no finished run of ci here: snakemake -j2 tables makes one")
     assert [told for told, too_far in lines(results, folder) if too_far] == []
+
+
+def test_a_value_that_is_no_number_is_too_far(kept, tmp_path):
+    other = run(tmp_path / "other", nvs_per_scene=PER_SCENE.replace("20.1234", "nan"), torch="2.14.0")
+    assert lines(other, kept)[0] == (
+        "nvs_per_scene.csv, psnr: 1 of 2 values differ, by inf (root mean square), inf at most",
+        True,
+    )
+
+
+def test_tables_without_single_values_are_named(kept):
+    for name in ("nvs", "slam", "runtime"):
+        (kept / "tables" / f"{name}.md").touch()
+    assert not_compared(kept) == ["runtime"]

@@ -109,5 +109,5 @@ def test_the_files(episode, written, tmp_path):
     with open(tmp_path / "agnostic_orbit_agreement.csv", newline="") as stream:
         assert [row["kendall"] for row in csv.DictReader(stream)] == ["1.0000"]
     assert {path.name for path in tmp_path.glob("agnostic_orbit*")} == {
-        f"agnostic_orbit{ending}" for ending in (".csv", ".json", ".md", ".tex", "_agreement.csv")
+        f"agnostic_orbit{ending}" for ending in (".csv", ".json", ".md", ".tex", "_agreement.csv", "_per_episode.csv")
     }

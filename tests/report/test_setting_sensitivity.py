@@ -126,5 +126,6 @@ def test_the_files(episode, written, tmp_path):
     with open(tmp_path / "sensitivity_orbit_agreement.csv", newline="") as stream:
         assert [row["kendall_with_base"] for row in csv.DictReader(stream)] == ["", "1.0000"]
     assert {path.name for path in tmp_path.glob("sensitivity_orbit*")} == {
-        f"sensitivity_orbit{ending}" for ending in (".csv", ".json", ".md", ".tex", "_agreement.csv")
+        f"sensitivity_orbit{ending}"
+        for ending in (".csv", ".json", ".md", ".tex", "_agreement.csv", "_per_episode.csv")
     }

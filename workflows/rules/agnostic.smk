@@ -118,6 +118,7 @@ rule agnostic_table:
             ".tex",
             ".json",
             "_agreement.csv",
+            "_per_episode.csv",
         ),
     log:
         f"{LOGS}/tables/agnostic_{{dataset}}.log",

@@ -108,6 +108,7 @@ rule sensitivity_table:
             ".tex",
             ".json",
             "_agreement.csv",
+            "_per_episode.csv",
         ),
     log:
         f"{LOGS}/tables/sensitivity_{{dataset}}.log",

@@ -84,12 +84,16 @@ def predict_held_out(
     rng = np.random.default_rng([settings.seed, 2])
     for number, scene in enumerate(held_out):
         tokens = [scorer.encode(photograph[None])[0] for photograph in scene.photographs]
+        black = scorer.encode(np.zeros_like(scene.photographs[0])[None])[0]
         for rows in _batches(scene):
             told = training.references
             references = [captured_references(scene, row, told.choice, rng)[: told.count] for row in rows]
             predicted = scorer.maps(
                 np.stack([scene.renderings[row] for row in rows]),
-                [[tokens[image] for image in images] for images in references],
+                [
+                    [tokens[image] for image in images] + [black] * (told.count - len(images)) * (told.pad == "black")
+                    for images in references
+                ],
             )
             for row, values in zip(rows, predicted, strict=True):
                 true = decoded(scene.maps[row])

@@ -211,3 +211,14 @@ class ScorerSettings(StrictModel):
     network: AnyNetwork = Field(default=RepViTSettings(), description="architecture, named by its backbone")
     training: TrainingSettings = Field(default=TrainingSettings(), description="optimisation")
     seed: NonNegativeInt = Field(default=0, description="seed of the initial weights and of all random choices")
+
+    @model_validator(mode="after")
+    def _tag_is_heard(self) -> Self:
+        if self.training.backbone_tag is not None:
+            if isinstance(self.network, EfficientNetLite0Settings):
+                raise ValueError(
+                    f"backbone_tag: there is but one set of weights of {self.network.backbone}; leave it out"
+                )
+            if self.training.backbone_weights == "scratch":
+                raise ValueError("backbone_tag: backbone_weights scratch takes no weights; leave one of them out")
+        return self

@@ -5,12 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from avs.report.collect import Cell, Episodes, read_dataset
+from avs.report.collect import Cell, Episodes, end_of_curve, image_mean, read_dataset
+from avs.report.document import Listing
+from avs.report.formats.numbers import plain
 from avs.report.methods import Presented, presented
 from avs.report.tables.episode_notes import own_schedules, own_settings, repeated_notes
 from avs.report.tables.setting_sensitivity_numbers import Standing
 from avs.selection.contract import UNRANKED
 from avs.system.errors import UserError
+
+PER_EPISODE = "_per_episode"
+"""What ends the name of the csv file of single episodes."""
+
+_EPISODE_FIELDS = ("column", "method", "metric", "scene", "seed", "value")
+_DECIMALS = 4
 
 Columns = Mapping[str, Episodes]
 """Episodes by the name of the column."""
@@ -49,6 +57,17 @@ def places_of(columns: Columns) -> list[Cell]:
     """Return every scene and seed that any method has, or should have, in any column."""
     found = (cells for each in columns.values() for cells in (*each.cells.values(), *each.missing.values()))
     return sorted({place for cells in found for place in cells})
+
+
+def single_values(columns: Columns, methods: Sequence[str]) -> Listing:
+    """Return the PSNR at the end of each episode, mean over its test images, for other programs."""
+    records = [
+        (name, method, "psnr", *cell, plain(image_mean(end_of_curve(episode), "psnr"), _DECIMALS))
+        for name, episodes in columns.items()
+        for method in methods
+        for cell, episode in sorted(episodes.cells.get(method, {}).items())
+    ]
+    return Listing(_EPISODE_FIELDS, tuple(records))
 
 
 def incomplete(found: Standings) -> list[str]:

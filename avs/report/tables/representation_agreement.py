@@ -15,12 +15,14 @@ from avs.report.methods import Presented, presented_in_columns
 from avs.report.published import called
 from avs.report.tables.arrangement import arranged
 from avs.report.tables.episode_columns import (
+    PER_EPISODE,
     Standings,
     check_scenes,
     incomplete,
     missing_means,
     places_of,
     read_columns,
+    single_values,
     told_by_columns,
 )
 from avs.report.tables.representation_agreement_numbers import (
@@ -55,7 +57,7 @@ def write_agnostic_table(
     out: Path,
     absent: Mapping[str, Mapping[str, Reason]],
 ) -> None:
-    """Write ``out`` with the suffixes ``.csv``, ``.md`` and ``.tex``, and ``_agreement.csv``.
+    """Write ``out`` with ``.csv``, ``.md`` and ``.tex``, ``_agreement.csv`` and ``_per_episode.csv``.
 
     Args:
         records: ``episode.json`` files on each representation, by its name.
@@ -116,7 +118,7 @@ def representation_agreement(
             *machine_notes(records),
         ),
         listing=_listing(episodes, shown, found, means, grid),
-        appendices={"_agreement": _agreement_listing(orders)},
+        appendices={"_agreement": _agreement_listing(orders), PER_EPISODE: single_values(episodes, methods)},
     )
 
 

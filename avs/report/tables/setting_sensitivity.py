@@ -16,12 +16,14 @@ from avs.report.published import called
 from avs.report.report_settings import BASE
 from avs.report.tables.arrangement import arranged
 from avs.report.tables.episode_columns import (
+    PER_EPISODE,
     Standings,
     check_scenes,
     incomplete,
     missing_means,
     places_of,
     read_columns,
+    single_values,
     told_by_columns,
 )
 from avs.report.tables.setting_sensitivity_numbers import Agreement, Standing, agreement, standings
@@ -49,7 +51,7 @@ def write_sensitivity_table(
     out: Path,
     absent: Mapping[str, Reason],
 ) -> None:
-    """Write ``out`` with the suffixes ``.csv``, ``.md`` and ``.tex``, and ``_agreement.csv``.
+    """Write ``out`` with ``.csv``, ``.md`` and ``.tex``, ``_agreement.csv`` and ``_per_episode.csv``.
 
     Args:
         base: ``episode.json`` files of the run's own settings.
@@ -98,7 +100,7 @@ def setting_sensitivity(
         groups=(*arranged(columns, rows, cells), _order(agreements)),
         notes=(*_notes(rows, found, agreements), *told_by_columns(settings, rows), *machine_notes(records)),
         listing=_listing(rows, found, grid),
-        appendices={"_agreement": _agreement_listing(agreements)},
+        appendices={"_agreement": _agreement_listing(agreements), PER_EPISODE: single_values(settings, methods)},
     )
 
 

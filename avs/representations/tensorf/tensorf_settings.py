@@ -22,8 +22,8 @@ class Grid(StrictModel):
 
     @model_validator(mode="after")
     def _ascending(self) -> Self:
-        if any(later <= earlier for earlier, later in zip(self.refine_at, self.refine_at[1:], strict=False)):
-            raise ValueError("refine_at must ascend")
+        if any(later <= earlier for earlier, later in zip((0, *self.refine_at), self.refine_at, strict=False)):
+            raise ValueError("refine_at must ascend, from above 0")
         if self.final < self.initial:
             raise ValueError("final must not be below initial")
         return self
@@ -81,3 +81,10 @@ class TensorfSettings(RepresentationSettings):
     smoothness_appearance: float = Field(
         default=0.0, ge=0, description="weight of the total variation of appearance planes"
     )
+
+    @model_validator(mode="after")
+    def _final_grid_is_reached(self) -> Self:
+        if self.grid.refine_at and self.grid.refine_at[-1] >= self.iterations:
+            fault = f"grid.refine_at ends at step {self.grid.refine_at[-1]}, iterations at {self.iterations}"
+            raise ValueError(f"{fault}, so that grid.final is never reached; refine earlier")
+        return self

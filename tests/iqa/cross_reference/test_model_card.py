@@ -1,7 +1,12 @@
+import dataclasses
+
 import numpy as np
 import pytest
 
-from avs.iqa.cross_reference.model_card import Prediction, agreement
+from avs.iqa.cross_reference.model_card import Prediction, agreement, predict_held_out
+from avs.iqa.cross_reference.scorer_settings import ReferenceSettings, ScorerSettings, TrainingSettings
+from avs.iqa.cross_reference.trained_scorer import CrossReferenceScorer
+from avs.iqa.resizing import ResizeSettings
 
 
 def _prediction(moment, predicted, true, captured=False, scene=0):
@@ -31,3 +36,25 @@ def test_correlation_with_a_constant_is_undefined():
     assert found["pearson"] is None
     assert found["candidate_spearman"] is None
     assert found["mean_absolute_error"] == pytest.approx(1.25)
+
+
+@pytest.mark.parametrize(("pad", "count"), [("none", 1), ("black", 3)])
+def test_references_are_filled_up_as_in_the_training(toys, network, pad, count):
+    """A moment with two captured photographs leaves one for a rendering of either."""
+    few = [moment.model_copy(update={"captured": moment.captured[:2]}) for moment in toys[0].moments]
+    scene = dataclasses.replace(toys[0], moments=tuple(few))
+    references = ReferenceSettings(count=3, pad=pad)
+    training = TrainingSettings(resize=ResizeSettings(side="long", pixels=56), crop=28, references=references)
+    settings = ScorerSettings(training=training)
+    seen = []
+
+    class Recorded(CrossReferenceScorer):
+        def maps(self, images, references):
+            seen.extend(map(len, references))
+            return super().maps(images, references)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("avs.iqa.cross_reference.model_card.CrossReferenceScorer", Recorded)
+        list(predict_held_out(network, settings, [scene], "cpu"))
+    assert min(seen) == count
+    assert set(seen) == ({1, 2} if pad == "none" else {3})
