@@ -4,7 +4,9 @@ import shutil
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
+from avs.commands.reference import commands
 from avs.nvs.record import EpisodeMeta
 from avs.report.kept_results import ABOUT, ReferenceRun, deviations, is_too_far, keep, not_compared, same_bits
 from avs.system.errors import UserError
@@ -126,3 +128,13 @@ def test_tables_without_single_values_are_named(kept):
     for name in ("nvs", "slam", "runtime"):
         (kept / "tables" / f"{name}.md").touch()
     assert not_compared(kept) == ["runtime"]
+
+
+@pytest.mark.parametrize(("psnr", "status"), [("20.1234", 0), ("29.0", 1)])
+def test_the_command_ends_with_a_status_and_without_a_fault_of_its_own(psnr, status, kept, tmp_path, capfd):
+    other = run(tmp_path / "other", nvs_per_scene=PER_SCENE.replace("20.1234", psnr))
+    ended = CliRunner().invoke(commands, [str(other), "--folder", str(kept)])
+    assert ended.exit_code == status
+    told = capfd.readouterr()
+    assert "ended the program" not in told.err
+    assert "Traceback" not in told.err
