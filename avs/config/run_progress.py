@@ -26,7 +26,7 @@ METADATA = Path(".snakemake/metadata")
 """Where Snakemake keeps when it ran each job, in the folder of the workflow."""
 
 _LOGS = "logs"
-_LONGEST = 110  # characters of a line
+_LONGEST = 160  # characters of what is told of a fault
 
 
 @dataclass(frozen=True)
@@ -136,7 +136,8 @@ def status_lines(statuses: Sequence[JobStatus], seconds: Mapping[str, float], is
         took = f"{_duration(seconds[kind]):>8}" if kind in seconds else ""
         lines.append(" ".join([f"{kind:<{width}}", *(f"{found[state] or '':>8}" for state in shown), took]).rstrip())
     lines += [f"running: {each.log}" for each in statuses if each.state == "running"]
-    lines += [f"failed: {each.log}: {each.fault}"[:_LONGEST] for each in statuses if each.state == "failed"]
+    failed = [each for each in statuses if each.state == "failed"]
+    lines += [f"failed: {each.log}: {(each.fault or '')[:_LONGEST]}" for each in failed]
     held = sum(each.is_held for each in statuses)
     lines += [f"{held} of those to come wait for a job that failed, and are not counted below"] if held else []
     return [*lines, _summary(statuses, seconds, is_alive)]

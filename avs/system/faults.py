@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -45,16 +45,27 @@ class Ending:
 def ending(error: BaseException) -> Ending:
     """Return how a command ends for which ``error`` has come out of its work.
 
-    A compiled function that a signal interrupts lets Python raise a ``SystemError`` over what the signal raised.
+    A compiled function that a signal interrupts lets Python raise a ``SystemError`` over what the signal raised, and
+    the function that called it another one over that.
     """
-    if isinstance(error, SystemError) and isinstance(error.__cause__, (KeyboardInterrupt, Terminated)):
-        error = error.__cause__
+    if isinstance(error, SystemError):
+        error = next((each for each in _below(error) if isinstance(each, (KeyboardInterrupt, Terminated))), error)
     for kind, make in _ENDINGS.items():
         if isinstance(error, kind):
             return make(error)
     if isinstance(error, RuntimeError) and any(words in str(error).lower() for words in _OUT_OF_MEMORY):
         return _memory(error)
     return _programs_fault(error)
+
+
+def _below(error: BaseException) -> Iterator[BaseException]:
+    """Yield the exceptions over which an exception was raised, the nearest first."""
+    seen: set[int] = set()
+    found = error.__cause__ or error.__context__
+    while found is not None and id(found) not in seen:
+        seen.add(id(found))
+        yield found
+        found = found.__cause__ or found.__context__
 
 
 def _users_fault(error: BaseException) -> Ending:
@@ -72,11 +83,14 @@ def _memory(error: BaseException) -> Ending:
     return Ending(f"memory: there is not enough{asked}; {remedy}", USERS_FAULT, traceback=True)
 
 
+_ENVIRONMENT = "say source .venv/bin/activate, or install environment.txt where there is no .venv"
+
+
 def _import(error: BaseException) -> Ending:
     name = getattr(error, "name", None) or "a package"
     if name.split(".")[0] in ("avs", "metrics"):
         return _programs_fault(error)
-    return Ending(f"{name}: {_one_line(error)}; install environment.txt", USERS_FAULT, traceback=True)
+    return Ending(f"{name}: {_one_line(error)}; {_ENVIRONMENT}", USERS_FAULT, traceback=True)
 
 
 def _exit(error: BaseException) -> Ending:

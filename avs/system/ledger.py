@@ -124,6 +124,9 @@ def why_stale(logs: Sequence[Path], stamps: Mapping[str, str]) -> str | None:
     origins = [(origin_of(log), stamps[str(log)]) for log in (own, *known)]
     if any(origin is None or origin.stamp != stamp for origin, stamp in origins):
         return "it was made with other code or of other files than the last run had"
+    damage = _check(ledger_of(own))
+    if damage is not None and damage.changed:
+        return f"{damage.changed[0].name} holds something else than its job wrote"
     outdated = any(origin is not None and origin.is_outdated() for origin, _ in origins)
     return "it was made from other files than are there now" if outdated else None
 

@@ -160,3 +160,19 @@ def test_the_diagram_is_the_same_to_the_byte(episode, written, tmp_path, scenes)
     assert len(contents[0]) == 3
     caption = contents[0]["critical_difference_orbit.md"].decode()
     assert ("critical difference" in caption) == (scenes > 1)
+
+
+def test_a_method_that_lacks_an_episode_has_pairs_and_no_rank(episode, table):
+    """Its mean is of other seeds than those of the methods that it would stand among."""
+    episodes = some(episode, VALUES, seeds=(0, 1))
+    rows, pairs, ranks, markdown = table([each for each in episodes if (each.method, each.seed) != ("farthest", 1)])
+    psnr = {row["method"]: row for row in rows if row["metric"] == "psnr" and row["over"] == "scenes"}
+    assert {method: psnr[method]["average_rank"] for method in ("random", "farthest", "fisherrf")} == {
+        "random": "2.0000",
+        "farthest": "",
+        "fisherrf": "1.0000",
+    }
+    assert next(each["methods"] for each in ranks if each["metric"] == "psnr") == "2"
+    assert any(pair["first"] == "farthest" for pair in pairs)
+    assert "FVS: mean of seed 0 only, not to be ranked" in markdown
+    assert "with 1 to 2 seeds each" in markdown

@@ -248,3 +248,10 @@ def test_damaged_files_are_refused_in_one_line(episode, written, tmp_path):
         with pytest.raises(UserError, match=fault):
             write_nvs_table([path], ["random"], "orbit", tmp_path / "wrong.csv", tmp_path / "nvs_orbit", {}, REFERENCE)
     assert not list(tmp_path.glob("nvs_orbit*"))
+
+
+def test_a_method_of_a_group_of_its_own_that_lacks_an_episode_keeps_its_row(episode, table):
+    own = episode("piqe", seed=0, group="Learned")
+    rows, markdown, _ = table([own, episode("random", seed=0), episode("random", seed=1)], ["random", "piqe"])
+    assert rows["piqe", "psnr"]["mean"]
+    assert "| Learned |" in markdown

@@ -56,13 +56,18 @@ ENDINGS = {
     "raise MemoryError": (2, "memory: there is not enough; run fewer jobs"),
     "import numpy; numpy.empty(1 << 44)": (2, "memory: there is not enough (Unable to allocate"),
     "import torch; torch.empty(1 << 44)": (2, "memory: there is not enough"),
-    "import no_such_package": (2, "no_such_package: No module named 'no_such_package'; install environment.txt"),
+    "import no_such_package": (2, "no_such_package: No module named 'no_such_package'; say source .venv/bin/activate,"),
     "from avs.system import nothing": (1, "<string>, line 4: ImportError: cannot import name"),
     "import sys; sys.exit(0)": (1, "<string>, line 4: ended the program; let it raise"),
     "import sys; sys.exit('no')": (1, "<string>, line 4: ended the program (no); let it raise"),
     "def f(): f()\nf()": (1, "<string>, line 4: RecursionError"),
     "raise KeyboardInterrupt": (130, "interrupted: "),
     "try:\n    raise KeyboardInterrupt\nexcept BaseException as e:\n    raise SystemError('a result') from e": (
+        130,
+        "interrupted: ",
+    ),
+    # one over the other, as where numba and torch are called from one another
+    "a, b = SystemError('a'), SystemError('b')\na.__cause__, b.__cause__ = KeyboardInterrupt(), a\nraise b": (
         130,
         "interrupted: ",
     ),
@@ -106,7 +111,9 @@ def test_an_import_that_fails_before_any_command_is_one_line(tmp_path):
     where = os.environ | {"PYTHONPATH": str(tmp_path)}
     result = subprocess.run(words, cwd=ROOT, env=where, capture_output=True, text=True, check=False)
     assert result.returncode == 2
-    assert result.stderr.splitlines()[-1] == "error: typer: broken; install environment.txt"
+    assert result.stderr.splitlines()[-1] == (
+        "error: typer: broken; say source .venv/bin/activate, or install environment.txt where there is no .venv"
+    )
 
 
 def test_an_error_of_the_system_names_file_and_remedy(tmp_path):

@@ -157,3 +157,13 @@ def test_what_other_code_made_or_is_of_other_files_than_there_are_is_stale(tmp_p
     assert "other files than are there now" in why_stale((own, scene), stamps)
     ledger_of(own).unlink()
     assert "other code" in why_stale((own, scene), stamps)
+
+
+def test_a_file_that_its_job_did_not_write_does_not_count(tmp_path):
+    """As another record, whole in itself, that was copied over it."""
+    own, record = tmp_path / "episode.log", tmp_path / "episode.json"
+    record.write_text("21 dB")
+    write_ledger(own, [record], Origin("code"))
+    assert why_stale((own,), {str(own): "code"}) is None
+    record.write_text("29 dB")
+    assert why_stale((own,), {str(own): "code"}) == "episode.json holds something else than its job wrote"

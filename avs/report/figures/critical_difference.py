@@ -51,7 +51,7 @@ def write_critical_difference(episodes: Sequence[Path], methods: Sequence[str], 
         UserError: no episodes; or a record is missing, damaged, of another data set or not comparable with the others.
     """
     collected = read_dataset(episodes, methods, dataset)
-    shown = [each for method in methods if (each := presented(method, collected)).competes]
+    shown = [each for method in methods if (each := presented(method, collected)).ranked]
     grid = grid_of(collected, [each.identifier for each in shown], METRICS["psnr"])
     ranks = ranks_of(grid, METRICS["psnr"])
     if ranks is None or ranks.blocks < 2:

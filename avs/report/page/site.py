@@ -146,7 +146,12 @@ def _index(inputs: PageInputs, facts: PageFacts, tables: Mapping[str, Document])
 
 def _figure(path: Path) -> dict[str, Any]:
     section, title, text = figure_place(path.stem)
-    return {"file": path.name, "section": section, "title": title, "caption": read_caption(path) or text}
+    return {
+        "file": path.name,
+        "section": section,
+        "title": title,
+        "caption": (read_caption(path) or text).replace("`", ""),
+    }
 
 
 def _card(path: Path) -> dict[str, Any]:

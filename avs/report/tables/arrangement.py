@@ -18,7 +18,7 @@ _MARKED = 3
 
 def in_groups(methods: Sequence[Presented]) -> list[tuple[str, list[Presented]]]:
     """Return the methods by group: known groups in their order, others as they first occur, then those unranked."""
-    others = (method.group for method in methods if method.ranked)
+    others = (method.group for method in methods if method.competes)
     names = dict.fromkeys([*GROUPS, *others, *UNRANKED])
     groups = [(name, [method for method in methods if method.group == name]) for name in names]
     return [(name, members) for name, members in groups if members]

@@ -74,10 +74,19 @@ _COLUMNS = (
 
 @dataclass(frozen=True)
 class _Findings:
-    """What is found of one metric."""
+    """What is found of one metric.
+
+    Attributes:
+        metric: the metric.
+        grid: the numbers of each method.
+        whole: of the methods in the grid those that have every episode that another has: only they are ranked.
+        pairs: the methods that share a seed, tested together.
+        ranks: of the whole ones, in order; None for fewer than two.
+    """
 
     metric: Metric
     grid: Grid
+    whole: Sequence[str]
     pairs: list[Pair]
     ranks: AverageRanks | None
 
@@ -85,13 +94,13 @@ class _Findings:
         return statistics.fmean(self.grid[method].values()) if method in self.grid else None
 
     def rank(self, method: str) -> float | None:
-        known = dict(zip(self.grid, self.ranks.ranks, strict=True)) if self.ranks is not None else {}
+        known = dict(zip(self.whole, self.ranks.ranks, strict=True)) if self.ranks is not None else {}
         return known.get(method)
 
     @property
     def best(self) -> str | None:
         sign = 1.0 if self.metric.higher_is_better else -1.0
-        return max(self.grid, key=lambda method: sign * (self.mean(method) or 0.0), default=None)
+        return max(self.whole, key=lambda method: sign * (self.mean(method) or 0.0), default=None)
 
 
 def write_significance_table(
@@ -161,7 +170,9 @@ def method_significance(
 
 def _findings(episodes: Episodes, methods: Sequence[str], metric: Metric) -> _Findings:
     grid = grid_of(episodes, methods, metric)
-    return _Findings(metric, grid, pairs_of(grid), ranks_of(grid, metric))
+    whole = [method for method in grid if presented(method, episodes).whole]
+    ranks = ranks_of({method: grid[method] for method in whole}, metric)
+    return _Findings(metric, grid, whole, pairs_of(grid), ranks)
 
 
 def _cells(method: str, found: _Findings, reason: Reason | None) -> list[Cell]:
@@ -255,5 +266,5 @@ def _rank_listing(found: Sequence[_Findings]) -> Listing:
                 else ("", "")
             )
             deviation = plain(usual_deviation(each.pairs), each.metric.decimals + EXTRA_DECIMALS)
-            records.append((each.metric.identifier, len(each.grid), each.ranks.blocks, *tests, deviation))
+            records.append((each.metric.identifier, len(each.whole), each.ranks.blocks, *tests, deviation))
     return Listing(RANK_FIELDS, tuple(records))

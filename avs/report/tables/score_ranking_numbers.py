@@ -142,7 +142,7 @@ def truth_of(state: CommonState, target: TruthName) -> Values | None:
 
 
 def averaged(states: Sequence[StateCorrelation]) -> Ranking:
-    """Return the mean over scenes and seeds of the mean over states, where each of them has a correlation at least."""
+    """Return the mean over scenes of that over seeds of that over states, where each has a correlation at least."""
     cells: dict[Cell, list[float]] = {each.cell: [] for each in states}
     for each in states:
         if each.correlation.value is not None:
@@ -157,7 +157,7 @@ def averaged(states: Sequence[StateCorrelation]) -> Ranking:
     for (scene, _), values in cells.items():
         scenes.setdefault(scene, []).append(float(np.mean(values)))
     interval = interval_over_scenes(list(scenes.values()))
-    return Ranking(float(np.mean([np.mean(values) for values in cells.values()])), spread_of(every), interval, states)
+    return Ranking(float(np.mean([np.mean(values) for values in scenes.values()])), spread_of(every), interval, states)
 
 
 def _ranking(records: StateRecords, method: str, column: Correlated, absent: Mapping[str, Reason]) -> Ranking:

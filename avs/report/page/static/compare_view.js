@@ -85,7 +85,7 @@
     }
     draw();
     return [player.element, avs.h("div.columns", { style: `--columns:${columns.length}` }, columns.map((each) => each.element)), avs.h("div.panels", {}, avs.panel("Test images over views", avs.h("form.filters", { onsubmit: (event) => event.preventDefault() }, measure), curve),
-      avs.h("div.stack", {}, avs.panel("Test images one by one", images), agreement(scene, loaded)))];
+      avs.h("div.stack", {}, avs.panel("Test images one by one, at this number of views", images), agreement(scene, loaded)))];
   }
 
   function column(scene, loaded, colour) {
