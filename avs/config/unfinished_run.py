@@ -34,7 +34,7 @@ from avs.report.wanted_records import (
     WantedTimes,
 )
 from avs.selection import registry
-from avs.system.ledger import why_stale
+from avs.system.ledger import why_left_out
 from avs.system.reasons import Reason
 
 
@@ -72,7 +72,7 @@ def _explorations(plan: RunPlan) -> WantedExplorations | None:
                 path=Path(plan.records[rule].format(**place)),
                 logs=logs,
                 settings=settings_of(plan.config, f"{rule}/{building}/{method}").model_dump(mode="json"),
-                stale=why_stale(logs, plan.stamps),
+                stale=why_left_out(logs, plan.stamps),
             )
         )
     if not told.with_tables and not any(each.path.exists() for each in records):
@@ -108,7 +108,7 @@ def _coverage(plan: RunPlan, dataset: str) -> WantedCoverageTable:
                 cell=(place["scene"], int(place["seed"])),
                 path=Path(plan.records["coverage"].format(**place)),
                 logs=logs,
-                stale=why_stale(logs, plan.stamps),
+                stale=why_left_out(logs, plan.stamps),
             )
             for place in places
             for logs in [_logs(plan, ["coverage", "coverage_reference", "stereo_kernels"], place)]
@@ -154,7 +154,7 @@ def _episode_beside(plan: RunPlan, rule: str, beside: str, place: dict[str, str]
     settings = settings_of(plan.config, f"{rule}/{place[beside]}/{place['method']}")
     assert isinstance(settings, EpisodeSettings)
     logs = (Path(plan.logs[rule].format(**place)), *own.logs[1:])
-    path, stale = Path(plan.records[rule].format(**place)), why_stale(logs, plan.stamps)
+    path, stale = Path(plan.records[rule].format(**place)), why_left_out(logs, plan.stamps)
     return replace(own, path=path, logs=logs, settings=_recorded(settings), stale=stale)
 
 
@@ -210,7 +210,7 @@ def _states(plan: RunPlan, dataset: str) -> Iterator[WantedStates]:
                 logs=logs,
                 cell=(scene, seed),
                 settings={"settings" if name == "common_states" else name: value for name, value in told.items()},
-                stale=why_stale(logs, plan.stamps),
+                stale=why_left_out(logs, plan.stamps),
             )
 
 
@@ -226,7 +226,7 @@ def _episode(plan: RunPlan, method: str, dataset: str, scene: str, seed: int) ->
         logs=logs,
         cell=(scene, seed),
         settings=_recorded(settings),
-        stale=why_stale(logs, plan.stamps),
+        stale=why_left_out(logs, plan.stamps),
     )
 
 
@@ -255,7 +255,7 @@ def _times(plan: RunPlan, dataset: str, scene: str) -> WantedTimes:
                 path=Path(plan.records["runtime"].format(**place)),
                 scene=Path(plan.records["scene"].format(**place)),
                 logs=logs,
-                stale=why_stale(logs, plan.stamps),
+                stale=why_left_out(logs, plan.stamps),
             )
             for place in places
             for logs in [_logs(plan, ["runtime", "runtime_state"], place)]

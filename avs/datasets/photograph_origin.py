@@ -105,16 +105,20 @@ def check_origin(out: Path, origin: Origin) -> None:
         raise UserError(out, f"was made before these changed, came or went: {some_of(changed)}", remedy)
     if before.model_copy(update={"place": origin.place, "made": {}}) != origin:
         raise UserError(out, f"was made with other options ({_options(before)})", remedy)
-    made = files_made(out)
-    if before.made:
-        expected, compared = before.made, made
-    else:
-        expected = {} if before.rate is not None else {f"images/{name}": told for name, told in before.files.items()}
-        compared = {name: told for name, told in made.items() if expected and name.startswith("images/")}
-    others = sorted(name for name in expected.keys() | compared.keys() if expected.get(name) != compared.get(name))
-    if others:
+    if others := _changed_files(out, before):
         fault = f"its own files have changed, come or gone since its poses were found: {some_of(others)}"
         raise UserError(out, fault, "put them back, or remove it to find the poses anew")
+
+
+def _changed_files(out: Path, before: Origin) -> list[str]:
+    """Return the files of a capture that are not as they were made, ascending."""
+    expected, found = before.made, files_made(out)
+    if not expected:  # of an earlier version: pictures that are no frames were copied
+        if before.rate is not None:
+            return []
+        expected = {f"images/{name}": told for name, told in before.files.items()}
+        found = {name: told for name, told in found.items() if name.startswith("images/")}
+    return sorted(name for name in expected.keys() | found.keys() if expected.get(name) != found.get(name))
 
 
 def _is_below(path: Path, folder: Path) -> bool:

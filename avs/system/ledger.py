@@ -124,11 +124,18 @@ def why_stale(logs: Sequence[Path], stamps: Mapping[str, str]) -> str | None:
     origins = [(origin_of(log), stamps[str(log)]) for log in (own, *known)]
     if any(origin is None or origin.stamp != stamp for origin, stamp in origins):
         return "it was made with other code or of other files than the last run had"
-    damage = _check(ledger_of(own))
-    if damage is not None and damage.changed:
-        return f"{damage.changed[0].name} holds something else than its job wrote"
     outdated = any(origin is not None and origin.is_outdated() for origin, _ in origins)
     return "it was made from other files than are there now" if outdated else None
+
+
+def why_left_out(logs: Sequence[Path], stamps: Mapping[str, str]) -> str | None:
+    """Return why what a job wrote does not count, as ``why_stale`` does, or because it is not what the job wrote.
+
+    This hashes what was written, which is too slow for what looks again every few seconds.
+    """
+    damage = _check(ledger_of(logs[0])) if stamps else None
+    changed = None if damage is None or not damage.changed else damage.changed[0].name
+    return why_stale(logs, stamps) or (changed and f"{changed} holds something else than its job wrote")
 
 
 def find_damage(folder: Path) -> list[Damage]:

@@ -10,7 +10,7 @@ import pytest
 from avs.system.code_inputs import digest
 from avs.system.files import write_text
 from avs.system.job_process import job
-from avs.system.ledger import Origin, find_damage, ledger_of, origin_of, why_stale, write_ledger
+from avs.system.ledger import Origin, find_damage, ledger_of, origin_of, why_left_out, why_stale, write_ledger
 
 LARGE = "x" * 1_100_000
 
@@ -164,6 +164,6 @@ def test_a_file_that_its_job_did_not_write_does_not_count(tmp_path):
     own, record = tmp_path / "episode.log", tmp_path / "episode.json"
     record.write_text("21 dB")
     write_ledger(own, [record], Origin("code"))
-    assert why_stale((own,), {str(own): "code"}) is None
+    assert why_left_out((own,), {str(own): "code"}) is None
     record.write_text("29 dB")
-    assert why_stale((own,), {str(own): "code"}) == "episode.json holds something else than its job wrote"
+    assert why_left_out((own,), {str(own): "code"}) == "episode.json holds something else than its job wrote"

@@ -18,7 +18,8 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, ValidationError
 
-from avs.iqa.cross_reference.reference_order import Choice, reference_order
+from avs.iqa.cross_reference.reference_order import reference_order
+from avs.iqa.cross_reference.scorer_settings import ReferenceChoice
 from avs.iqa.render_statistics.view_geometry import VIEW_GEOMETRY
 from avs.system.errors import UserError
 from avs.system.models import StrictModel
@@ -96,7 +97,7 @@ class Distortions:
         return np.array([decoded(code).mean(dtype=np.float64) for code in self.maps])
 
 
-def captured_references(data: Distortions, row: int, choice: Choice, rng: np.random.Generator) -> list[int]:
+def captured_references(data: Distortions, row: int, choice: ReferenceChoice, rng: np.random.Generator) -> list[int]:
     """Return the photographs captured at the moment of a rendering, without its own, in the order they are taken.
 
     Args:

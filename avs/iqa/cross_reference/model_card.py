@@ -79,21 +79,17 @@ def predict_held_out(
     network: CrossReferenceNetwork, settings: ScorerSettings, held_out: list[Distortions], device: str
 ) -> Iterator[Prediction]:
     """Score whole held-out renderings against photographs captured at their moment, without their own."""
-    training = settings.training
+    training, told = settings.training, settings.training.references
     scorer = CrossReferenceScorer(network, training.resize, _BATCH, device)
     rng = np.random.default_rng([settings.seed, 2])
     for number, scene in enumerate(held_out):
         tokens = [scorer.encode(photograph[None])[0] for photograph in scene.photographs]
-        black = scorer.encode(np.zeros_like(scene.photographs[0])[None])[0]
+        black = scorer.encode(np.zeros_like(scene.photographs[0])[None]) if told.pad == "black" else []
         for rows in _batches(scene):
-            told = training.references
             references = [captured_references(scene, row, told.choice, rng)[: told.count] for row in rows]
             predicted = scorer.maps(
                 np.stack([scene.renderings[row] for row in rows]),
-                [
-                    [tokens[image] for image in images] + [black] * (told.count - len(images)) * (told.pad == "black")
-                    for images in references
-                ],
+                [[*(tokens[image] for image in images), *black * (told.count - len(images))] for images in references],
             )
             for row, values in zip(rows, predicted, strict=True):
                 true = decoded(scene.maps[row])

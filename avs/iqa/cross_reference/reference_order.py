@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 import numpy as np
 import numpy.typing as npt
 
+from avs.iqa.cross_reference.scorer_settings import ReferenceChoice
 from avs.scene.cameras import FloatArray, IndexArray
 
-Choice = Literal["random", "nearest"]
 
-
-def reference_order(centers: FloatArray, own: npt.ArrayLike, choice: Choice, rng: np.random.Generator) -> IndexArray:
+def reference_order(
+    centers: FloatArray, own: npt.ArrayLike, choice: ReferenceChoice, rng: np.random.Generator
+) -> IndexArray:
     """Return the numbers of photographs in the order in which they are taken, ``[n]``.
 
     Args:

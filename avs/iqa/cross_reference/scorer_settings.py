@@ -28,11 +28,14 @@ PATCH = 14
 """Pixels along a side of the square that one token describes, as in DINOv2 and CrossScore."""
 
 
+ReferenceChoice = Literal["random", "nearest"]
+
+
 class ReferenceSettings(StrictModel):
     """Which captured photographs an image is compared with."""
 
     count: PositiveInt = Field(default=5, description="number of reference images for one query image")
-    choice: Literal["random", "nearest"] = Field(
+    choice: ReferenceChoice = Field(
         default="random",
         description="drawn again for each query image, or those whose camera centres are nearest to its own",
     )

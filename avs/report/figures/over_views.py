@@ -85,9 +85,10 @@ def draw_over_views(drawn: Sequence[Panel], reference: str | None, wording: Word
 
 
 def _layout(drawn: Sequence[Panel], reference: str | None) -> _Layout:
+    strong = [emphasised(panel.curves, reference) for panel in drawn]
     letters = [
-        len(_label(curve)) * (_BOLD if curve.method in emphasised(panel.curves, reference) else 1.0)
-        for panel in drawn
+        len(_label(curve)) * (_BOLD if curve.method in bold else 1.0)
+        for panel, bold in zip(drawn, strong, strict=True)
         for curve in panel.curves
     ]
     labels = _LEADER + 0.04 + max(letters, default=0.0) * _LETTER

@@ -30,8 +30,8 @@ _MOST_LETTERS = 24
 _CAPTION = (
     "Time of each selection (left) and test PSNR (right) over the number of captured views on {scene} of {dataset}, "
     "mean over {seeds}. The time axis is linear up to {threshold:g} s and logarithmic above. Times are those within "
-    "the episodes, while other jobs of the run could be busy. A method "
-    "that chooses several views at a time has a point where it chooses, one that chooses outside of its episodes none. "
+    "the episodes, while other jobs of the run could be busy. A method that chooses several views at a time has a "
+    "point where it chooses, one that chooses outside of its episodes none. "
     "Thick lines are the reference method and the two with the highest PSNR; a dot is the end of the optimisation."
 )
 

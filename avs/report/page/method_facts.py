@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 from avs.report.document import Document
@@ -48,13 +47,8 @@ def method_sources(
     """
     rows = [(group.name, row) for table in tables for group in table.groups for row in group.rows]
     named = {row.identifier: (row.label, group) for group, row in reversed(rows) if row.identifier}
-    shown = [presented(method) for method in methods]
-    programs = {
-        each.identifier: replace(each, label=named[each.identifier][0], group=named[each.identifier][1])
-        for each in shown
-        if each.identifier not in registry.methods() and each.identifier in named
-    }
-    shown = [programs.get(each.identifier, each) for each in shown]
+    programs = named.keys() - registry.methods().keys()
+    shown = [Presented(method, *named[method]) if method in programs else presented(method) for method in methods]
     return [told | _metadata(told["id"]) for told in method_facts(shown, absent)]
 
 

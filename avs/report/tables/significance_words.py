@@ -82,11 +82,11 @@ def power_notes(pairs: Sequence[Pair], metric: Metric) -> list[str]:
         return []
     scenes = max(pair.scenes for pair in pairs)
     seeds = sorted({pair.seeds for pair in pairs})
-    each = count(seeds[0], "seed") if len(seeds) == 1 else f"{seeds[0]} to {seeds[-1]} seeds"
+    told = count(seeds[0], "seed") if len(seeds) == 1 else f"{seeds[0]} to {seeds[-1]} seeds"
     needed = needed_for(PAPER_DIFFERENCE, deviation, scenes)
     return [
-        f"two methods' difference deviates by {deviation:.2f} {metric.unit} between scenes with {each} "
-        f"each, the median over pairs; to tell {PAPER_DIFFERENCE} {metric.unit} from zero, the paper's difference of "
+        f"two methods' difference deviates by {deviation:.2f} {metric.unit} between scenes with {told} each, "
+        f"the median over pairs; to tell {PAPER_DIFFERENCE} {metric.unit} from zero, the paper's difference of "
         f"Ours-RepViT to FisherRF over nine scenes with one run each, would take {told_scenes(needed)} scenes"
     ]
 

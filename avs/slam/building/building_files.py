@@ -108,7 +108,7 @@ def _read_model(path: Path, textured: int) -> Building:
     if not parts:
         raise UserError(path, "has no triangle", "check that it is a mesh, and whole")
     used = {piece.material_idx for piece in model.meshes}
-    found = sum(_picture(model.materials[number].albedo_img) is not None for number in used)
+    found = sum(_is_there(model.materials[number].albedo_img) for number in used)
     if textured and not found:
         fault = "names textures that Open3D does not find or cannot read"
         raise UserError(path, fault, "give them names of letters and digits, as PNG or JPEG, or export one .glb file")
@@ -125,12 +125,8 @@ def _read_colored(path: Path) -> Building:
         raise UserError(path, "has no triangle", "check that it is a mesh (a cloud of points is none), and whole")
     with path.open("rb") as stream:
         textured = b"comment TextureFile" in stream.read(_HEADER).partition(b"end_header")[0]
-    part = _part(mesh, None, tinted=False)
-    return (
-        part.noted("the texture that it names is not read, as of any PLY file; .glb and .obj have some")
-        if textured
-        else part
-    )
+    unread = "the texture that it names is not read, as of any PLY file; .glb and .obj have some"
+    return _part(mesh, None, tinted=False).noted(*([unread] if textured else []))
 
 
 def _part(mesh: Any, material: Any, tinted: bool) -> Building:  # noqa: ANN401 - Open3D has no types
@@ -156,9 +152,13 @@ def _part(mesh: Any, material: Any, tinted: bool) -> Building:  # noqa: ANN401 -
     return Building(vertices, triangles, colors, corners, index, () if texture is None else (texture,), notes)
 
 
+def _is_there(image: Any) -> bool:  # noqa: ANN401
+    return image is not None and not image.is_empty()
+
+
 def _picture(image: Any) -> npt.NDArray[np.uint8] | None:  # noqa: ANN401
     """Return a texture ``[height, width, 3]``; None where there is none."""
-    if image is None or image.is_empty():
+    if not _is_there(image):
         return None
     pixels = np.asarray(image)
     if pixels.dtype == np.uint16:

@@ -21,6 +21,7 @@ HEIGHTS = (1.8, 30.0)
 _UNITS = {"centimetres": 0.01, "millimetres": 0.001, "inches": 0.0254, "feet": 0.3048}
 _IN_METRES = (".glb", ".gltf")
 """Formats that say what their unit is; one of feet can be as high as a building in metres."""
+_TAKEN = "its unit is taken for {name}, in which it is {height:.1f} m high"
 _CLEARLY = 1.1
 _USUAL_HEIGHT = 3.5
 
@@ -57,10 +58,7 @@ def upright(building: Building, settings: FrameSettings, suffix: str, subject: o
     low, high = building.box
     size = high - low
     up, notes = _up(size, settings.up, suffix)
-    height = float(size[1 if up == "y" else 2])
-    metres, unit_notes = _unit(height, settings.metres, subject)
-    if metres == 1 and settings.metres is None and suffix not in _IN_METRES:
-        unit_notes = [f"its unit is taken for metres, in which it is {height:.1f} m high"]
+    metres, unit_notes = _unit(float(size[1 if up == "y" else 2]), settings.metres, suffix, subject)
     vertices = building.vertices.astype(np.float64) * metres
     if up == "y":
         vertices = np.stack([vertices[:, 0], -vertices[:, 2], vertices[:, 1]], axis=1)
@@ -78,16 +76,16 @@ def _up(size: FloatArray, chosen: Axis, suffix: str) -> tuple[str, list[str]]:
     return found, [f"{found} is taken for the upward axis, along which the mesh is shorter than along {usual}"]
 
 
-def _unit(height: float, chosen: float | None, subject: object) -> tuple[float, list[str]]:
+def _unit(height: float, chosen: float | None, suffix: str, subject: object) -> tuple[float, list[str]]:
     if chosen is not None:
         return chosen, []
     if HEIGHTS[0] <= height <= HEIGHTS[1]:
-        return 1.0, []
+        return 1.0, [] if suffix in _IN_METRES else [_TAKEN.format(name="metres", height=height)]
     heights = {name: height * metres for name, metres in _UNITS.items()}
     possible = [name for name, found in heights.items() if HEIGHTS[0] <= found <= HEIGHTS[1]]
     if possible:
         name = min(possible, key=lambda name: abs(math.log(heights[name] / _USUAL_HEIGHT)))
-        return _UNITS[name], [f"its unit is taken for {name}, in which it is {heights[name]:.1f} m high"]
+        return _UNITS[name], [_TAKEN.format(name=name, height=heights[name])]
     raise UserError(
         subject,
         f"is {height:g} units high, which is no building in metres, centimetres, millimetres, inches or feet",

@@ -9,15 +9,13 @@ import base64
 import binascii
 import io
 import json
-import mmap
-import re
 import struct
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
-from avs.slam.building.side_files import gltf_description, libraries_of, places_of_line
+from avs.slam.building.side_files import gltf_description, libraries_of, places_of_line, statements
 from avs.system.errors import UserError
 
 _COPY = "copy it again from where the mesh is from, with all files beside it"
@@ -88,10 +86,10 @@ def _lacking(path: Path, what: str) -> UserError:
 
 def _of_obj(path: Path) -> Iterator[Picture]:
     """Yield the texture of each material that faces use."""
-    used = {name.decode(errors="replace").strip() for name in _statements(path, rb"usemtl")}
+    used = {name.strip() for name in statements(path, "usemtl")}
     if not used:
         return
-    named = [line.decode(errors="replace").strip() for line in _statements(path, rb"mtllib")]
+    named = [line.strip() for line in statements(path, "mtllib")]
     libraries = libraries_of(path)
     if named and not libraries:
         raise _lacking(path, f"the file of materials that it names, {named[0]},")
@@ -107,14 +105,6 @@ def _of_obj(path: Path) -> Iterator[Picture]:
                 if not there:
                     raise _lacking(path, f"the texture {told} of its material {material}")
                 yield told, max(there, key=lambda each: len(each.name))
-
-
-def _statements(path: Path, word: bytes) -> Iterator[bytes]:
-    """Yield what follows each statement of a word in an ``.obj`` file."""
-    if path.stat().st_size:
-        with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content:
-            for found in re.finditer(rb"^[ \t]*" + word + rb"\b([^\r\n]*)", content, re.MULTILINE):
-                yield found[1]
 
 
 def _of_gltf(path: Path) -> Iterator[Picture]:

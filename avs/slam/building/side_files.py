@@ -75,7 +75,7 @@ def _of_obj(path: Path) -> Iterator[Path]:
 def libraries_of(path: Path) -> list[Path]:
     """Return the files of materials of an ``.obj`` file that are there: those that it may name, and its own."""
     own = path.with_suffix(".mtl")  # taken where the named one is not there
-    named = [each for line in _lines_of_libraries(path) for each in places_of_line(line, [path.parent])]
+    named = [each for line in statements(path, "mtllib") for each in places_of_line(line, [path.parent])]
     return [each for each in dict.fromkeys([*named, own]) if each.is_file()]
 
 
@@ -86,12 +86,12 @@ def places_of_line(line: str, folders: Sequence[Path]) -> Iterator[Path]:
             yield from _places(name, folder)
 
 
-def _lines_of_libraries(path: Path) -> Iterator[str]:
-    """Yield what follows each ``mtllib`` of a file, wherever it stands."""
+def statements(path: Path, word: str) -> Iterator[str]:
+    """Yield what follows each statement of a word, such as ``mtllib``, in an ``.obj`` file, wherever it stands."""
     if not path.stat().st_size:
         return
     with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content:
-        for found in re.finditer(rb"^[ \t]*mtllib\b([^\r\n]*)", content, re.MULTILINE):
+        for found in re.finditer(rb"^[ \t]*" + word.encode() + rb"\b([^\r\n]*)", content, re.MULTILINE):
             yield found[1].decode(errors="replace")
 
 

@@ -31,11 +31,11 @@ class FisherPathScorer:
     """FisherRF: information at the end and along the way, against that of the keyframes."""
 
     label = "FisherRF"
+    notes: tuple[str, ...] = ()
 
     def __init__(self, settings: FisherPathSettings) -> None:
         """Score by ``settings``."""
         self.settings = settings
-        self.notes: tuple[str, ...] = ()
         self._known: tuple[int, FloatArray] | None = None
 
     def shortlist(self, moment: Moment, count: int) -> Shortlist:
