@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from avs.system.ledger import has_ended
+from avs.system.ledger import has_ended, ledger_of
 
 _MARK = "error: "
 _TRACEBACK = "Traceback (most recent call last):"
@@ -44,7 +44,9 @@ def why_missing(logs: Iterable[Path]) -> str:
         if fault is not None:
             return fault
     if own.exists():
-        return "its job began and did not end"
+        ended_once = ledger_of(own).exists()
+        gone = "what its job wrote is gone: moved or deleted, or its job began again and did not end"
+        return gone if ended_once else "its job began and did not end"
     cut = next((log for log in others if log.exists() and not has_ended(log)), None)
     if cut is None:
         return "its job has not run"

@@ -28,6 +28,8 @@ def test_a_result_is_missing_for_the_first_fault_of_its_job_and_those_before_it(
     assert why_missing([own, scene]) == "its job has not run"
     own.write_text("step 1 of 2\n")
     assert why_missing([own, scene]) == "its job began and did not end"
+    write_ledger(own, [])
+    assert why_missing([own, scene]).startswith("what its job wrote is gone: moved or deleted")
     scene.write_text("done\n")
     weights.write_text("error: weights: damaged; fetch them\n")
     assert why_missing([own, scene, weights]) == "weights: damaged; fetch them"

@@ -93,7 +93,7 @@ class Distortions:
 
     @property
     def similarity(self) -> FloatArray:
-        """``[renderings]``: the true SSIM of each, mean over its pixels of the decoded map."""
+        """``[renderings]``: the true SSIM of each, mean over its pixels of the decoded map, clipped to 0..1."""
         return np.array([decoded(code).mean(dtype=np.float64) for code in self.maps])
 
 

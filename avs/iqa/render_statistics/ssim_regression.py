@@ -19,7 +19,7 @@ class Sample:
 
     Attributes:
         statistics: ``[n, c]`` finite.
-        similarity: ``[n]`` true SSIM.
+        similarity: ``[n]`` true SSIM, mean of a map clipped to 0..1 pixel by pixel.
         moment: ``[n]`` number of the moment at which each was rendered.
     """
 

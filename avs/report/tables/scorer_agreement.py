@@ -196,6 +196,7 @@ def _caption(records: Sequence[HeldOutScores], datasets: Sequence[str]) -> Itera
         f"How well scores agree with the true SSIM of {renderings} renderings of {count(len(records), 'scene')} that "
         f"trained nothing: {told}."
     )
+    yield "Its maps are clipped to 0..1 pixel by pixel, as those that networks and regressions are trained with."
     yield (
         "Each number is computed on a scene and averaged over scenes. Over all renderings of a scene, an early "
         "reconstruction is easily told from a late one; a choice depends on the column within a moment: Spearman's rho "

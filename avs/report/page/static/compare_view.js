@@ -4,6 +4,8 @@
 (() => {
   // Two methods may be of one group, whose colour they share elsewhere.
   const COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"];
+  const colourOf = (methods, method) => COLOURS[methods.indexOf(method) % COLOURS.length];
+  const dot = (colour) => avs.h("span.dot", { style: `background:${colour}`, "aria-hidden": "true" });
 
   avs.views.compare = ({ parts, settings }) => {
     const sets = avs.index.data_sets.filter((each) => each.scenes.length);
@@ -48,7 +50,7 @@
         if (next.length < 2) box.checked = true;
         else go({ methods: next });
       } });
-      return avs.h("label.check", {}, box, avs.h("span.dot", { style: `background:${method.colour}`, "aria-hidden": "true" }), method.label);
+      return avs.h("label.check", {}, box, methods.includes(method.id) ? dot(colourOf(methods, method.id)) : null, method.label);
     });
     return avs.h("form.filters", { onsubmit: (event) => event.preventDefault() },
       avs.select("Data set", sets.map((each) => [each.name, each.name]), scene.dataset, (dataset) => go({ dataset })),
@@ -64,10 +66,11 @@
     const at = (place, views) => Math.max(0, counts[place].findLastIndex((count) => count <= views));
     const given = moments.indexOf(Number(settings.step));
     const state = { share: 50, test: 0 };
-    const colours = Object.fromEntries(loaded.map((each, place) => [each.episode.method, COLOURS[place % COLOURS.length]]));
+    const shown = loaded.map((each) => each.episode.method);
+    const colours = Object.fromEntries(shown.map((method) => [method, colourOf(shown, method)]));
     const columns = loaded.map((each) => column(scene, each, colours[each.episode.method]));
     const [curve, images] = [avs.h("div"), avs.h("div")];
-    const legend = avs.h("p.quiet.legend", {}, loaded.map((each) => [avs.h("span.dot", { style: `background:${colours[each.episode.method]}`, "aria-hidden": "true" }), `${avs.methodOf(scene, each.episode.method).label} `]), "· thin: the other methods of this scene");
+    const legend = avs.h("p.quiet.legend", {}, loaded.map((each) => [dot(colours[each.episode.method]), `${avs.methodOf(scene, each.episode.method).label} `]), "· thin: the other methods of this scene");
     let metric = "psnr";
     const measure = avs.select("Metric", Object.entries(avs.METRICS).map(([id, told]) => [id, told.name]), metric, (id) => { metric = id; draw(); });
     let now = given < 0 ? 0 : given;
@@ -93,7 +96,7 @@
     const space = avs.sceneSpace(scene.cameras, avs.scenePoints(scene.points), { label: `Cameras of ${method.label}`, height: 220 });
     const areas = Object.fromEntries(["words", "view", "scores", "strip"].map((name) => [name, avs.h("div")]));
     const element = avs.h("section.panel", {},
-      avs.h("h2", {}, avs.h("span.dot", { style: `background:${colour}`, "aria-hidden": "true" }),
+      avs.h("h2", {}, dot(colour),
         avs.h("a", { href: avs.address(["episode", scene.dataset, scene.scene, loaded.episode.method, loaded.episode.seed]) }, method.label)),
       areas.words, areas.view, areas.scores, space.element, areas.strip);
     const draw = (moment, state, redraw) => {

@@ -7,7 +7,13 @@
   };
   const KINDS = ["INPUT", "SELECT", "TEXTAREA", "CANVAS"];
 
-  const shown = () => Object.entries(VIEWS).filter(([key]) => (key !== "slam" || Object.keys(avs.index.explorations).length) && (key !== "scorers" || Object.keys(avs.index.cards).length));
+  // Parts that a run need not have; scores against truth are of the states that its tables ranking_* are made from.
+  const THERE = {
+    truth: () => avs.index.tables.some((table) => table.name.startsWith("ranking_")),
+    slam: () => Object.keys(avs.index.explorations).length > 0,
+    scorers: () => Object.keys(avs.index.cards).length > 0,
+  };
+  const shown = () => Object.entries(VIEWS).filter(([key]) => !THERE[key] || THERE[key]());
 
   function draw() {
     const place = document.getElementById("content");
