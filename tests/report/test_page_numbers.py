@@ -10,6 +10,7 @@ import pytest
 
 from avs.report.document import Cell, Column, Document, Group, Listing, Row
 from avs.report.formats.numbers import measured, signed
+from avs.report.page.script_files import told_apart
 from avs.report.page.site import FOLDER, STATIC
 from avs.report.page.table_facts import table_facts, table_place
 from metrics.definitions import Metric
@@ -23,7 +24,7 @@ SEEN = Metric("within_a", "a", True, 2, "", "")
 
 def in_page(expression, *values):
     """Return what an expression of the page's numbers and filters gives for each of some values, called ``told``."""
-    files = [str(FOLDER / STATIC / f"{name}.js") for name in ("numbers", "table_filters")]
+    files = [str(FOLDER / STATIC / f"{name}.js") for name in ("numbers", "table_filters", "episode_parts")]
     program = f"""
         const fs = require("fs"), vm = require("vm");
         global.avs = {{ views: {{}}, index: {{ methods: [] }} }};
@@ -53,6 +54,22 @@ def test_printed_numbers_are_those_of_the_tables(decimals):
     found = in_page(f"[avs.fixed(told, {decimals}), avs.signed(told, {decimals})]", *values)
     minus = [[text.replace("\N{MINUS SIGN}", "-") for text in pair] for pair in found]
     assert minus == [[measured(Cell(value), decimals, " "), signed(value, decimals)] for value in values]
+
+
+def test_methods_are_compared_at_the_same_number_of_views_also_between_choices():
+    each = {"curve": [{"views": views, "psnr": 10 + views} for views in (4, 5, 6, 7, 8)]}
+    own_schedule = {"curve": [{"views": views, "psnr": 10 + views} for views in (4, 8)]}
+    assert in_page("avs.pointAt(told, 6)?.psnr ?? null", each, own_schedule) == [16, None]
+
+
+def test_scores_keep_the_order_that_they_have_in_the_record():
+    exact = np.random.default_rng(0).uniform(size=48)
+    for offset in (0.0, 1e6, 1e8, -1e12):
+        scores = (offset + exact).tolist()
+        shown = told_apart([*scores, None])
+        assert shown.pop() is None
+        assert np.array_equal(np.argsort(shown), np.argsort(scores))
+    assert told_apart([0.123456789, 0.2]) == [0.12345679, 0.2]
 
 
 def document(rows, singles, fields=("method", "metric", "scene", "seed", "value"), columns=(PSNR,)):

@@ -8,7 +8,7 @@ from typing import Any
 
 from avs.nvs.record import CurvePoint, Episode, EpisodeMeta, Step
 from avs.report.page.scene_facts import CURVE
-from avs.report.page.script_files import SCORE_DIGITS, plain_tree, rounded
+from avs.report.page.script_files import plain_tree, told_apart
 from avs.selection import registry
 from avs.system.files import file_hash
 from avs.system.records import read_record
@@ -63,7 +63,7 @@ def _step(step: Step, before: Step | None, places: dict[str, int], seconds: floa
         "iteration": step.iteration,
         "primitives": step.primitives,
         "candidates": None if step.candidates == left else [places[name] for name in step.candidates],
-        "scores": None if step.scores is None else rounded(step.scores, SCORE_DIGITS),
+        "scores": None if step.scores is None else told_apart(step.scores),
         "chosen": [places[name] for name in step.chosen],
         "captured": step.captured,
         "seconds": float(f"{seconds:.4g}"),

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from avs.report.collect_explorations import read_maps
 from avs.report.page.page_pictures import picture
 from avs.report.page.page_settings import PageSettings
-from avs.report.page.script_files import plain_tree, rounded, write_script
+from avs.report.page.script_files import plain_tree, rounded, told_apart, write_script
 from avs.slam.evaluation.top_view import CELL
 from avs.slam.loop.exploration_record import MAPS, Decision, ExplorationMeta, ExplorationRecord
 from avs.system.files import file_hash
@@ -56,14 +56,15 @@ def write_exploration_script(record: Path, settings: PageSettings, page: Path) -
 
 
 def _decision(told: Decision) -> dict[str, Any]:
+    scores = told_apart([path.score for path in told.paths])
     return {
         "step": told.step,
         "gaussians": told.gaussians,
         "frontiers": [rounded([each.x, each.y]) for each in told.frontiers],
         "candidates": [rounded(pose[:2]) for pose in told.candidates],
         "paths": [
-            {"candidate": path.candidate, "length": path.length, "score": rounded([path.score])[0]}
-            for path in told.paths
+            {"candidate": path.candidate, "length": path.length, "score": score}
+            for path, score in zip(told.paths, scores, strict=True)
         ],
         "chosen": told.chosen,
         "executed": told.executed,

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from avs.nvs.common_states_record import CommonState, CommonStates
-from avs.report.page.script_files import SCORE_DIGITS, rounded
+from avs.report.page.script_files import told_apart
 
 
 def states_facts(record: CommonStates, names: Sequence[str]) -> dict[str, Any]:
@@ -31,7 +31,7 @@ def states_facts(record: CommonStates, names: Sequence[str]) -> dict[str, Any]:
                 "chooses": each.chooses,
                 "own_fit": each.own_fit,
                 "failure": each.failure,
-                "scores": [None if scores is None else rounded(scores, SCORE_DIGITS) for scores in each.scores],
+                "scores": [None if scores is None else told_apart(scores) for scores in each.scores],
             }
             for each in record.methods
         ],
@@ -43,8 +43,8 @@ def _state(state: CommonState, places: dict[str, int]) -> dict[str, Any]:
         "views": state.views,
         "iteration": state.iteration,
         "candidates": [places[name] for name in state.candidates],
-        "psnr": rounded(state.psnr),
-        "ssim": rounded(state.ssim),
+        "psnr": told_apart(state.psnr),
+        "ssim": told_apart(state.ssim),
         "gain": None if state.gains is None else _gain(state.gains),
     }
 
@@ -52,7 +52,6 @@ def _state(state: CommonState, places: dict[str, int]) -> dict[str, Any]:
 def _gain(gains: Sequence[Sequence[float | None]]) -> list[float | None]:
     """Return the mean of both measurements of each candidate, as the table of ranking has it; None without both."""
     pairs = zip(*gains, strict=True)
-    return rounded(
-        None if any(value is None for value in pair) else float(np.mean([value for value in pair if value is not None]))
-        for pair in pairs
+    return told_apart(
+        [None if None in pair else float(np.mean([value for value in pair if value is not None])) for pair in pairs]
     )

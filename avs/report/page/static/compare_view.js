@@ -84,7 +84,7 @@
         each.draw(at(place, moments[now]), state, (changes) => { Object.assign(state, changes); draw(); });
       }
       curve.replaceChildren(avs.curvePart(scene, seed, Object.keys(colours), metric, moments[now], colours), legend);
-      images.replaceChildren(perImage(scene, loaded, loaded.map((_, place) => at(place, moments[now])), metric));
+      images.replaceChildren(perImage(scene, loaded, moments[now], metric));
     }
     draw();
     return [player.element, avs.h("div.columns", { style: `--columns:${columns.length}` }, columns.map((each) => each.element)), avs.h("div.panels", {}, avs.panel("Test images over views", avs.h("form.filters", { onsubmit: (event) => event.preventDefault() }, measure), curve),
@@ -110,23 +110,19 @@
     return { element, draw };
   }
 
-  // What was measured on the test images just before a selection, or at the end.
-  function pointAt(episode, moment) {
-    const views = avs.capturedBefore(episode, moment).length;
-    return moment === episode.steps.length ? episode.curve.at(-1) : episode.curve.find((each) => each.views === views);
-  }
-
-  // The test PSNR then.
+  // The test PSNR just before a selection, or at the end.
   function momentOf({ episode }, moment) {
-    const point = pointAt(episode, moment);
+    const point = avs.pointAt(episode, avs.capturedBefore(episode, moment).length);
     return point ? `test PSNR ${avs.fixed(avs.mean(point.psnr), 2)} dB` : "";
   }
 
-  // Each test image with its value for every method at a moment, those first in which the methods differ most.
-  function perImage(scene, loaded, places, metric) {
+  // Each test image with its value for every method at a number of views, those first in which the methods differ most. A
+  // method that chooses several at a time is measured between its choices, too, or, on a schedule of its own, is not.
+  function perImage(scene, loaded, views, metric) {
     const told = avs.METRICS[metric];
-    const points = loaded.map(({ episode }, place) => pointAt(episode, places[place]));
-    if (points.some((point) => !point)) return avs.missing("Not measured at this number of views.");
+    const points = loaded.map(({ episode }) => avs.pointAt(episode, views));
+    const without = loaded.filter((_, place) => !points[place]).map(({ episode }) => avs.methodOf(scene, episode.method).label);
+    if (without.length) return avs.missing(`Not measured with ${views} views: ${without.join(", ")}.`);
     const rows = loaded[0].episode.test.map((camera, row) => ({ camera, values: points.map((point) => point[metric][row]) }))
       .filter(({ values }) => values.every((value) => value !== null));
     if (!rows.length) return avs.missing(`${told.name}: not measured`);

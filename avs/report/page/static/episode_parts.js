@@ -28,6 +28,9 @@
   avs.capturedBefore = (episode, moment) =>
     [...episode.initial, ...episode.steps.slice(0, moment).flatMap((step) => step.chosen)].slice(0, episode.initial.length + episode.selected.length);
 
+  // What was measured on the test images with so many views, before a selection or between two; the last with all of them.
+  avs.pointAt = ({ curve }, views) => curve.findLast((each) => each.views === views);
+
   avs.methodOf = (scene, identifier) => scene.methods.find((method) => method.id === identifier);
 
   // Says in one line where the replay is.

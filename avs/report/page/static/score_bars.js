@@ -33,7 +33,7 @@
       avs.h("figcaption", {},
         avs.h("span", {}, byScore ? (chooses === "lowest" ? "lowest first: it is taken" : "highest first: it is taken") : "in the order of names"),
         ` · from ${avs.short(low)} to ${avs.short(high)}${bottom !== 0 ? ", bars do not start at zero" : ""}`,
-        measures ? ` · the score is the true ${measures === "gain" ? "gain" : measures.toUpperCase()}` : "",
+        measures ? ` · the score is ${measures === "gain" ? "the gain measured by a short fit" : `the true ${measures.toUpperCase()}`}` : "",
         left ? ` · ${left} candidates were not scored` : ""));
   };
 })();
