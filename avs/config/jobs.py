@@ -86,7 +86,11 @@ def _common_states(config: Config, dataset: str) -> CommonStatesJob:
         representation=config.representation,
         common_states=config.common_states or CommonStatesSettings(),
         methods=tuple(
-            ScoredMethodSettings(method=method, selector=config.selectors.get(method, {}))
+            ScoredMethodSettings(
+                method=method,
+                selector=config.selectors.get(method, {}),
+                views_together=protocol_of(config, method).views_together,
+            )
             for method in scoring_methods(config, dataset)
         ),
     )

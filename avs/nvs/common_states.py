@@ -19,7 +19,7 @@ from avs.nvs.common_states_record import CommonState, CommonStates, ScoredMethod
 from avs.nvs.common_states_settings import CommonStatesJob, CommonStatesSettings, ScoredMethodSettings
 from avs.nvs.experiment import builder
 from avs.nvs.loop import Progress
-from avs.nvs.schedule import capped_budget, initial_captures, selections
+from avs.nvs.schedule import capped_budget, initial_captures, selection_number, selections
 from avs.representations.capabilities import Copyable
 from avs.scene.cameras import IndexArray
 from avs.scene.photographs import Photographs
@@ -33,6 +33,7 @@ from avs.selection.untouched import untouched
 from avs.system.devices import take_device
 from avs.system.errors import UserError
 from avs.system.files import file_hash, temporary_folder
+from avs.system.numerics import in_force
 from avs.system.provenance import clock
 from avs.system.records import write_record
 from avs.system.seeds import seed_of
@@ -79,6 +80,8 @@ def write_common_states(
         representation=settings.representation.model_dump(mode="json"),
         settings=settings.common_states.model_dump(mode="json"),
         captured=[scene.names[row] for row in states.order[: states.moments[-1].views]],
+        device=settings.device,
+        numerics=in_force(),
         notes=states.notes,
         states=measured,
         methods=methods,
@@ -152,7 +155,7 @@ class _States:
         try:
             selector = method.selector(checked, Resources(weights, self._settings.device))
             own_fit = isinstance(selector, PreparesRepresentation)
-            for state in self._shown(settings.method, method, selector):
+            for state in self._shown(settings, method, selector):
                 with untouched(method.label, state, disposable=not own_fit):
                     chosen = select_views(method, selector, state, 1)
                 scores.append(chosen.recorded_scores())
@@ -178,17 +181,18 @@ class _States:
             failure=failure,
         )
 
-    def _shown(self, identifier: str, method: Method, selector: Selector) -> Iterator[State]:
-        """Yield what a method may look at, at one moment after another.
+    def _shown(self, settings: ScoredMethodSettings, method: Method, selector: Selector) -> Iterator[State]:
+        """Yield what a method may look at, at one moment after another: what it sees there in an episode.
 
         Each time it gets the checkpoint anew, whatever it has done to the reconstruction before. Only a method that
         changes the optimisation has one that was fitted its way, on the same views up to the same steps.
         """
         own_fit = isinstance(selector, PreparesRepresentation)
         session = self._session(selector if own_fit else None)
-        for number, _ in enumerate(self._fitted(session) if own_fit else self._loaded(session)):
-            rng = np.random.default_rng(seed_of("common states", self.scene.name, identifier, self._seed, number))
-            yield session.state(rng, number, method.oracle)
+        protocol, together = self._settings.protocol, settings.views_together
+        for number, moment in enumerate(self._fitted(session) if own_fit else self._loaded(session)):
+            rng = np.random.default_rng(seed_of("common states", self.scene.name, settings.method, self._seed, number))
+            yield session.state(rng, selection_number(protocol, moment.views, together), method.oracle)
 
     def _session(self, selector: Selector | None) -> Session:
         settings = self._settings

@@ -50,6 +50,7 @@ class ScoredMethodSettings(StrictModel):
 
     method: str = Field(description="identifier")
     selector: dict[str, Any] = Field(description="its settings")
+    views_together: PositiveInt = Field(default=1, description="views that it chooses together in an episode")
 
 
 class CommonStatesJob(StrictModel):

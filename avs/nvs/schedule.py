@@ -39,6 +39,14 @@ def selections(protocol: ProtocolSettings, budget: int) -> list[tuple[int, int]]
     return list(zip(views, protocol.additions, strict=False))
 
 
+def selection_number(protocol: ProtocolSettings, views: int, together: int) -> int:
+    """Return which selection of an episode, from 0, comes at ``views`` captured views where ``together`` are chosen.
+
+    Of a number between two selections that is the one before.
+    """
+    return max(0, views - protocol.initial_views) // together
+
+
 def capped_budget(protocol: ProtocolSettings, pool: int, scene: str) -> tuple[int, list[str]]:
     """Return the number of views at the end, and a note if the pool is too small for the configured budget.
 

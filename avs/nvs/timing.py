@@ -10,7 +10,7 @@ import torch
 
 from avs.nvs.experiment import builder
 from avs.nvs.loop import Progress
-from avs.nvs.schedule import capped_budget, initial_captures
+from avs.nvs.schedule import capped_budget, initial_captures, selection_number
 from avs.nvs.timing_record import Runtime, SelectionTimes
 from avs.nvs.timing_settings import StateSettings, TimingSettings
 from avs.representations import kinds
@@ -118,8 +118,9 @@ def _timed(
     """
     device, start = settings.device, provenance.clock(settings.device)
 
-    def state(step: int, without: int) -> State:
-        rng = np.random.default_rng(seed_of("runtime", session.scene.name, settings.method, step))
+    def state(number: int, without: int) -> State:
+        rng = np.random.default_rng(seed_of("runtime", session.scene.name, settings.method, number))
+        step = selection_number(settings.protocol, len(session.captured) - without, k)
         return session.state(rng, step, method.oracle, without)
 
     for repeat in range(settings.runtime.repeats):

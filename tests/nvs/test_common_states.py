@@ -38,11 +38,13 @@ class Spy:
     def __init__(self, folder, own=False):
         self.folder = folder
         self.seen = []
+        self.steps = []
         if own:
             self.prepare = lambda representation: None
 
     def score(self, state):
         path = self.folder / "seen.safetensors"
+        self.steps.append(state.step)
         state.representation.save(path)
         digest = hashlib.sha256(path.read_bytes()).hexdigest()
         self.seen.append((digest, state.names, state.captured.names, state.truth))
@@ -67,7 +69,7 @@ def scene(tmp_path):
 def run(scene, tmp_path, monkeypatch):
     """Run a job with selectors by identifier; return the record and its bytes."""
 
-    def write(selectors, states=STATES, protocol=PROTOCOL, seed=0, **metadata):
+    def write(selectors, states=STATES, protocol=PROTOCOL, seed=0, together=1, **metadata):
         found = {
             name: Registered(
                 Method(name, "2D-based", "A test.", "lowest", lambda *_, made=made: made, **metadata), name
@@ -75,7 +77,7 @@ def run(scene, tmp_path, monkeypatch):
             for name, made in selectors.items()
         }
         monkeypatch.setattr(registry, "methods", lambda: found)
-        settings = job(selectors, states, protocol)
+        settings = job(selectors, states, protocol, together)
         out = tmp_path / "record.json"
         write_common_states(scene.folder, settings, seed, {}, out, lambda line: None)
         return read_record(out, CommonStates), out.read_bytes()
@@ -83,8 +85,8 @@ def run(scene, tmp_path, monkeypatch):
     return write
 
 
-def job(methods, states=STATES, protocol=PROTOCOL):
-    listed = tuple(ScoredMethodSettings(method=name, selector={}) for name in methods)
+def job(methods, states=STATES, protocol=PROTOCOL, together=1):
+    listed = tuple(ScoredMethodSettings(method=name, selector={}, views_together=together) for name in methods)
     return CommonStatesJob(
         device="cpu", protocol=protocol, representation=REPRESENTATION, common_states=states, methods=listed
     )
@@ -101,6 +103,13 @@ def test_every_method_is_shown_the_same_bits_even_after_one_that_changes_them(ru
     assert len(set(expected)) == 2
     assert all(scored.scores[0] == list(range(len(record.states[0].candidates))) for scored in record.methods)
     assert not any(scored.own_fit for scored in record.methods)
+
+
+@pytest.mark.parametrize(("together", "steps"), [(1, [1, 3]), (2, [0, 1])])
+def test_a_method_is_told_the_number_that_the_selection_has_in_its_episodes(run, tmp_path, together, steps):
+    selectors = {"plain": Spy(tmp_path), "own": Spy(tmp_path, own=True)}
+    run(selectors, together=together)
+    assert selectors["plain"].steps == selectors["own"].steps == steps
 
 
 def test_a_method_that_prepares_the_reconstruction_scores_a_twin_of_as_many_steps(run, tmp_path):

@@ -69,7 +69,7 @@ def test_each_timed_selection_follows_one_without_the_newest_photographs(timed, 
     from avs.scene.scene import read_scene
 
     spy, record = timed()
-    assert [len(state.captured) for state in spy.states] == [4, 5, 4, 5]
+    assert [(len(state.captured), state.step) for state in spy.states] == [(4, 1), (5, 2)] * 2
     assert len(record.selections) == 2
     whole = read_scene(scene)
     pool = whole.pool
@@ -84,7 +84,7 @@ def test_each_timed_selection_follows_one_without_the_newest_photographs(timed, 
 
 def test_a_batch_has_as_many_new_photographs(timed):
     spy, record = timed(views_per_step=2)
-    assert [len(state.captured) for state in spy.states] == [3, 5, 3, 5]
+    assert [(len(state.captured), state.step) for state in spy.states] == [(3, 0), (5, 1)] * 2
     assert record.chosen == 2
 
 
