@@ -77,12 +77,17 @@ def _scored(record: CommonStates, method: str) -> ScoredMethod | None:
     return next((scored for scored in record.methods if scored.method == method), None)
 
 
+def _weights(record: CommonStates) -> dict[str, str | None]:
+    return {scored.method: scored.weights_hash for scored in record.methods}
+
+
 def _check_comparable(path: Path, record: CommonStates, first: CommonStates) -> None:
     settings = {scored.method: scored.selector for scored in record.methods}
     for name, own, other in (
         ("protocol", record.protocol, first.protocol),
         ("representation", record.representation, first.representation),
         ("common_states", record.settings, first.settings),
+        ("the weights of methods", _weights(record), _weights(first)),
         ("the methods or their settings", settings, {scored.method: scored.selector for scored in first.methods}),
     ):
         if own != other:

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
+from avs.coverage.coverage_record import CoverageMeta
 from avs.nvs.record import EpisodeMeta
 from avs.system.records import read_record
 
@@ -21,21 +22,35 @@ Told = tuple[str, Mapping[str, str], Mapping[str, str]]
 """The device of a record, its machine, and the versions of packages."""
 
 
-def machine_notes(records: Sequence[Path]) -> list[str]:
-    """Return a line for each fact of machine or packages that differs between episodes, with how many have which value.
+def machine_notes(
+    records: Sequence[Path], kind: type[EpisodeMeta | CoverageMeta] = EpisodeMeta, what: str = "episodes"
+) -> list[str]:
+    """Return a line for each fact of machine or packages that differs between records, with how many have which value.
 
     The processor counts where its kind can change a bit: not with portable numerics.
 
     Args:
-        records: ``episode.json`` files; the facts are in ``episode.meta.json`` beside each. Without one nothing is
-            known of an episode.
+        records: such as ``episode.json`` files; the facts are in ``episode.meta.json`` beside each. Without one nothing
+            is known of an episode.
+        kind: what those files hold.
+        what: what the records are of, in plural.
 
     Raises:
         UserError: such a file is damaged.
     """
-    beside = [path.with_name("episode.meta.json") for path in records]
-    metas = [read_record(path, EpisodeMeta) for path in beside if path.is_file()]
-    return differing([(meta.device, meta.machine, meta.packages) for meta in metas], "episodes")
+    beside = [path.with_suffix(".meta.json") for path in records]
+    metas = [read_record(path, kind) for path in beside if path.is_file()]
+    return differing([(meta.device, meta.machine, meta.packages) for meta in metas], what)
+
+
+def numerics_notes(told: Iterable[tuple[str, str | None]], what: str) -> list[str]:
+    """Return what ``machine_notes`` does of records that hold no more than a device, and whose digits are theirs.
+
+    Args:
+        told: device and numerics of each record.
+        what: the records, in plural.
+    """
+    return differing([(device, {} if kind is None else {"numerics": kind}, {}) for device, kind in told], what)
 
 
 def differing(told: Sequence[Told], what: str) -> list[str]:

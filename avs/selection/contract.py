@@ -241,8 +241,8 @@ class Method:
         fallback: name of parameters that a run can fit on its training scenes in place of absent published ones, or
             where there are none; they are passed as ``Resources.weights``.
         oracle: whether it looks at photographs that are not captured yet, through ``State.truth``.
-        measures: for an oracle whose score is itself a truth that scores are compared with: which one. Its correlation
-            with that says nothing, and those with the others need no scores of its own.
+        measures: for an oracle that chooses by a truth that scores are compared with: which one. That truth stands in
+            its place where methods are ranked, because its correlation with itself says nothing.
         assesses_images: whether its selector has ``quality``, the score ``[n]`` of images ``[n, height, width, 3]`` by
             themselves, so that renderings of held-out scenes can be scored, too.
         proposed: whether the paper proposes it, so that tables and figures set it off from the others.

@@ -221,13 +221,14 @@ def test_a_gain_that_is_not_measured_says_why(table):
 def test_an_oracle_has_a_truth_as_its_score_and_no_correlation_with_it(table):
     truth = state(ORDERED, ONE, (TWO, TWO))
     rows, markdown, _ = table([make_states([truth], [scored("random", TWO)])], ["random", "oracle-ssim", "oracle-gain"])
-    assert rows["oracle-ssim", "ssim", "spearman"]["note"] == "the score is this truth itself"
+    assert rows["oracle-ssim", "ssim", "spearman"]["note"] == "is this truth itself"
     assert rows["oracle-ssim", "psnr", "spearman"]["mean"] == "0.8000"
     # The lowest SSIM comes first, and the highest gain: against one another they are turned.
     assert (
         rows["oracle-ssim", "gain", "spearman"]["mean"] == rows["oracle-gain", "ssim", "spearman"]["mean"] == "-0.6000"
     )
-    assert rows["oracle-gain", "gain", "kendall"]["note"] == "the score is this truth itself"
+    assert rows["oracle-gain", "gain", "kendall"]["note"] == "is this truth itself"
+    assert "- Oracle (gain): the gain that these states measure, in test PSNR; its episodes choose by" in markdown
     assert markdown.index("Random") < markdown.index("Oracle (SSIM)")
     assert "**0.80" not in markdown.split("Oracle (SSIM)")[1]
 
@@ -272,12 +273,22 @@ def test_equal_records_give_equal_bytes_in_any_order(written, tmp_path):
         ({}, "repeats .*; pass one record for each scene and seed"),
         ({"scene": "cellar", "protocol": {}}, "not comparable with other records of orbit, protocol differ"),
         ({"scene": "cellar", "settings": DEFAULT | {"views": [5]}}, "common_states differ"),
+        ({"scene": "cellar", "methods": [scored("random", ONE, weights_hash="1")]}, "the weights of methods differ"),
     ],
 )
 def test_records_that_do_not_belong_together_are_refused(table, changes, fault):
     methods = [scored("random", ONE)]
     with pytest.raises(UserError, match=fault):
-        table([make_states([state()], methods), make_states([state()], methods, **changes)])
+        table([make_states([state()], methods), make_states([state()], **({"methods": methods} | changes))])
+
+
+def test_native_numerics_and_another_device_are_told_of(table):
+    methods = [scored("random", ONE)]
+    others = {"scene": "cellar", "numerics": "native", "device": "cuda"}
+    records = [make_states([state()], methods, numerics="native"), make_states([state()], methods, **others)]
+    _, markdown, _ = table(records, ["random"])
+    assert "- 1 of 2 computed with native numerics" in markdown
+    assert "- device differs between records of common states" in markdown
 
 
 def test_no_records_are_refused(table):

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from avs.report.collect_states import StateRecords, read_states
 from avs.report.document import Cell, Column, Document, Group, Listing, Row
 from avs.report.formats.numbers import plain
 from avs.report.formats.writing import write_document
+from avs.report.machines import numerics_notes
 from avs.report.methods import Presented, presented
 from avs.report.published import called
 from avs.report.tables.arrangement import arranged
 from avs.report.tables.changed_settings import changed_settings
 from avs.report.tables.episode_notes import grouped_notes
 from avs.report.tables.gain_reliability import Reliability, reliability, reliability_listing
-from avs.report.tables.score_ranking_numbers import COLUMNS, Ranking, summarise_ranking
+from avs.report.tables.score_ranking_numbers import COLUMNS, Ranking, measured_by, summarise_ranking
 from avs.report.tables.table_notes import count, unranked_notes, whole_row
 from avs.system.reasons import Reason
 from metrics.statistics import ENOUGH_FOR_SPREAD
@@ -168,6 +169,9 @@ def _notes(records: StateRecords, rows: Sequence[Presented], numbers: _Numbers) 
     lines = [f"{scene} with seed {seed}: {why}" for (scene, seed), why in records.missing.items()]
     notes = ((scene, note) for (scene, _), record in records.cells.items() for note in record.notes)
     lines += grouped_notes(notes, records.scenes)
+    lines += numerics_notes(
+        ((each.device, each.numerics) for each in records.cells.values()), "records of common states"
+    )
     if any(state.gains is not None for _, state in records.states):
         sampled = first.settings["gain_candidates"]
         lines.append(
@@ -175,6 +179,7 @@ def _notes(records: StateRecords, rows: Sequence[Presented], numbers: _Numbers) 
             f"candidate against a copy fitted without it, until each view was used "
             f"{_times(first.settings['gain_passes'])}; twice, with independent orders of the views"
         )
+    lines += _of_gain(rows, numbers)
     for row in rows:
         scored = list(records.of_method(row.identifier).values())
         lines += [note for each in scored for note in each.notes]
@@ -187,6 +192,17 @@ def _notes(records: StateRecords, rows: Sequence[Presented], numbers: _Numbers) 
             )
         lines += _missing(row, numbers[row.identifier])
     return list(dict.fromkeys(lines))
+
+
+def _of_gain(rows: Sequence[Presented], numbers: _Numbers) -> Iterator[str]:
+    """Say that an oracle of the gain stands for that of the states, which its episodes do not choose by."""
+    first = COLUMNS[0].metric.identifier
+    for row in rows:
+        if measured_by(row.identifier) == "gain" and numbers[row.identifier][first].missing is None:
+            yield (
+                f"{row.label}: the gain that these states measure, in test PSNR; its episodes choose by one of their "
+                f"own, whose passes and metric are those of its settings (selectors.{row.identifier})"
+            )
 
 
 def _missing(row: Presented, ranking: Mapping[str, Ranking]) -> list[str]:

@@ -160,17 +160,22 @@ def averaged(states: Sequence[StateCorrelation]) -> Ranking:
     return Ranking(float(np.mean([np.mean(values) for values in scenes.values()])), spread_of(every), interval, states)
 
 
+def measured_by(method: str) -> TruthName | None:
+    """Return the truth that stands in the row of an oracle, or None of a method that has a score of its own."""
+    registered = registry.methods().get(method)
+    return None if registered is None else registered.method.measures
+
+
 def _ranking(records: StateRecords, method: str, column: Correlated, absent: Mapping[str, Reason]) -> Ranking:
     if method in absent:
         return Ranking(missing=absent[method])
     if any(truth_of(state, column.target) is None for _, state in records.states):
         return Ranking(missing=Reason(cause="not measured: the reconstruction cannot be copied"))
-    registered = registry.methods().get(method)
-    measures = None if registered is None else registered.method.measures
-    if registered is not None and measures is not None:
+    measures = measured_by(method)
+    if measures is not None:
         if measures == column.target:
-            return Ranking(missing=Reason(cause="the score is this truth itself"))
-        return averaged(_of_truth(records, measures, registered.method.chooses, column))
+            return Ranking(missing=Reason(cause="is this truth itself"))
+        return averaged(_of_truth(records, measures, registry.find(method).method.chooses, column))
     scored = records.of_method(method)
     reason = _unscored(records, method)
     if reason is not None:
