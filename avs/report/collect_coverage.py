@@ -6,10 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from avs.coverage.coverage_record import Coverage, Numbers
+from avs.coverage.coverage_record import Coverage, CoverageMeta, Numbers
 from avs.coverage.episode_coverage import views_of
 from avs.nvs.record import Episode
 from avs.report.collect import Cell, Episodes
+from avs.report.machines import machine_notes
 from avs.system.errors import UserError
 from avs.system.reasons import Reason
 from avs.system.records import read_record
@@ -24,10 +25,16 @@ class Coverages:
     Attributes:
         cells: by method, then by scene and seed.
         lacking: why there is none at all, such as a back end that is not installed; or None.
+        records: the files.
     """
 
     cells: Mapping[str, Mapping[Cell, Coverage]]
     lacking: Reason | None = None
+    records: Sequence[Path] = ()
+
+    def machine_notes(self) -> list[str]:
+        """Return a line for each fact of machine or packages that differs between the records."""
+        return machine_notes(self.records, CoverageMeta, "records of coverage")
 
     @property
     def all(self) -> list[Coverage]:
@@ -72,7 +79,7 @@ def read_coverages(paths: Sequence[Path], episodes: Episodes, lacking: Reason | 
         if (record.settings, record.reference) != (first.settings, first.reference):
             raise UserError(path, "was measured with other settings than others", _REMEDY)
         cells.setdefault(record.method, {})[cell] = record
-    return Coverages({method: dict(sorted(found.items())) for method, found in cells.items()}, lacking)
+    return Coverages({method: dict(sorted(found.items())) for method, found in cells.items()}, lacking, tuple(paths))
 
 
 def paths_by_dataset(paths: Sequence[Path]) -> dict[str, list[Path]]:

@@ -57,7 +57,8 @@ def presented(identifier: str, episodes: Episodes | None = None) -> Presented:
     if episodes is not None and (cells := episodes.cells.get(identifier)):
         episode = next(iter(cells.values()))
         labels = [next(iter(each.values())).label for each in episodes.cells.values() if each]
-        # several programs can call themselves the same
+        # several programs can call themselves the same, and like a method that is not there
+        labels += [each.method.label for name, each in registry.methods().items() if not episodes.cells.get(name)]
         label = episode.label if labels.count(episode.label) == 1 else f"{episode.label} ({identifier})"
         return Presented(identifier, label, episode.group, proposed, not episodes.lacking(identifier))
     if registered is None:

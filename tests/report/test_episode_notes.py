@@ -2,6 +2,11 @@
 
 import pytest
 
+from avs.iqa.resizing import ResizeSettings
+from avs.report.tables.changed_settings import changed_settings
+from avs.selection import registry
+from avs.selection.contract import Method, Settings
+from avs.selection.registry import Registered
 from avs.system.reasons import Reason
 from tests.report.view_synthesis_tables import METHODS, TableWriter
 
@@ -33,6 +38,18 @@ def test_settings_of_a_method_that_are_not_its_defaults_are_told(episode, table)
     _, markdown, _ = table(episodes, ["piqe", "ours-repvit", "fisherrf"])
     assert "- PIQE, Ours-RepViT, not as by default: resize.pixels 96 instead of 518\n" in markdown
     assert "FisherRF, not" not in markdown
+
+
+def test_a_section_that_is_left_out_by_default_or_here_is_told(monkeypatch):
+    class Resized(Settings):
+        resize: ResizeSettings | None = None
+        fit: ResizeSettings | None = ResizeSettings(pixels=20)
+
+    own = Method("Own", "2D-based", "A test.", "lowest", lambda *_: None, settings=Resized)
+    monkeypatch.setattr(registry, "methods", lambda: {"own": Registered(own, "own")})
+    assert changed_settings("own", {"resize": None, "fit": {"side": "long", "pixels": 20}}) == ""
+    told = changed_settings("own", {"resize": {"pixels": 64}, "fit": None})
+    assert told == "resize.pixels 64 instead of None, fit None instead of side long, pixels 20"
 
 
 def test_where_each_method_has_its_own_settings_none_counts_as_the_common_one(episode, table):
@@ -117,3 +134,12 @@ def test_methods_that_call_themselves_the_same_are_told_apart(episode, table):
     assert "| Mine (first) |" in markdown
     assert "| Mine (second) |" in markdown
     assert "| Theirs |" in markdown
+
+
+def test_a_program_that_calls_itself_like_a_method_that_is_not_there_is_told_apart(episode, table):
+    absent = {"topiq": Reason(cause="weights topiq absent", remedy="fetch them")}
+    _, markdown, _ = table(
+        [episode("mine", label="TOPIQ"), episode("random")], ["topiq", "mine", "random"], absent=absent
+    )
+    assert "| TOPIQ (mine) |" in markdown
+    assert "| TOPIQ | weights topiq absent |" in markdown

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from avs.coverage.coverage_record import CoverageMeta
 from avs.report.published import COVERAGE_NAME
 from avs.report.tables.episode_entries import FIELDS
 from avs.report.tables.scene_coverage import write_coverage_table
@@ -44,6 +45,31 @@ def pair(episode, method, scene="attic", seed=0, views=0, **numbers):
     """An episode whose views differ from those of others by a number, and its coverage."""
     made = episode(method, scene, seed, selected=[f"{views}.png", f"{views + 1}.png"])
     return made, make_coverage(made, **numbers)
+
+
+def facts(torch):
+    return CoverageMeta(
+        reconstruction_seconds=1.0,
+        total_seconds=1.0,
+        peak_memory_bytes=1,
+        other_cores=None,
+        device="cpu",
+        machine={"numerics": "portable"},
+        packages={"pycolmap": torch},
+        revision=None,
+        started="2026-01-01T00:00:00+00:00",
+        finished="2026-01-01T00:00:01+00:00",
+    )
+
+
+def test_notes_of_episodes_and_what_computed_the_coverage_are_told(episode, written, tmp_path, table):
+    made = [pair(episode, "random", scene) for scene in ("attic", "cellar")]
+    noted = [(each.model_copy(update={"notes": ["Random: it is said"]}), record) for each, record in made]
+    for number, version in enumerate(("4.2.1", "3.10.0")):
+        write_record(tmp_path / "coverage" / f"{number:03d}" / "coverage.meta.json", facts(version))
+    text, _ = table(noted)
+    assert text.count("- Random: it is said\n") == 1
+    assert "- pycolmap differs between records of coverage, and numbers may differ with it: 3.10.0 in 1" in text
 
 
 def value(records, method, metric, field="mean"):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from avs.iqa.held_out.held_out_record import HeldOutScores, Scored
-from avs.iqa.held_out.held_out_settings import HeldOutJob
+from avs.iqa.held_out.held_out_settings import HeldOutJob, ScoredMetric
 from avs.report.formats.markdown import document_markdown
 from avs.report.tables.scorer_agreement import scorer_agreement, write_scorer_table
 from avs.report.tables.scorer_agreement_numbers import over_scenes, scene_numbers
@@ -173,3 +173,20 @@ def test_records_that_do_not_belong_together_are_refused(changes, fault, tmp_pat
     found[1] = found[1].model_copy(update=changes)
     with pytest.raises(UserError, match=fault):
         write_scorer_table(write(tmp_path, found), {"a_held_out": ["a_1", "a_2"]}, [], tmp_path / "scorer", {})
+
+
+def test_what_scores_say_of_themselves_settings_and_numerics_are_told():
+    told = SETTINGS.model_copy(
+        update={"metrics": (ScoredMetric(method="niqe", selector={"resize": {"side": "long", "pixels": 56}}),)}
+    )
+    made = record(niqe=("metric", "highest", lambda ssim, moment: -ssim))
+    noted = made.scored[0].model_copy(update={"label": "NIQE", "notes": ["NIQE: fitted to 9 photographs"]})
+    records = [
+        made.model_copy(update={"scored": [noted], "settings": told, "scene": scene, "numerics": numerics})
+        for scene, numerics in (("a_1", "native"), ("a_2", "portable"))
+    ]
+    notes = scorer_agreement(records, ["niqe"], {}).notes
+    assert notes.count("NIQE: fitted to 9 photographs") == 1
+    assert "NIQE, not as by default: resize.pixels 56 instead of 518" in notes
+    assert any(note.startswith("1 of 2 computed with native numerics") for note in notes)
+    assert any(note.startswith("numerics differs between records of held-out scenes") for note in notes)

@@ -29,6 +29,7 @@ class Scored(StrictModel):
         default=None, description="Pearson's correlation of predicted and true maps over all pixels, likewise"
     )
     weights_hash: str | None = Field(default=None, description="SHA-256 of its weights, or null")
+    notes: list[str] = Field(default_factory=list, description="what a reader of its scores should know")
     failure: str | None = Field(default=None, description="why there are no scores, or null")
 
 
@@ -41,6 +42,7 @@ class HeldOutScores(StrictModel):
     scene_hash: str = Field(description="content hash of the scene")
     other_scene: str = Field(description="the scene whose photographs are the references of another scene")
     settings: HeldOutJob = Field(description="what was measured")
+    numerics: str | None = Field(default=None, description="portable or native (docs/numerics.md); null if not known")
     moment: list[int] = Field(description="for each rendering the number of its moment")
     candidate: list[bool] = Field(description="for each, whether its view had not been captured at its moment")
     ssim: list[float] = Field(description="for each, the true SSIM of the image")

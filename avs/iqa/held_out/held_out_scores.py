@@ -5,7 +5,7 @@ from __future__ import annotations
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Protocol, runtime_checkable
+from typing import Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -22,10 +22,12 @@ from avs.iqa.render_statistics.regression_fit import ALL_STATISTICS, predicted, 
 from avs.iqa.render_statistics.regression_settings import RegressionSettings
 from avs.representations.base import FloatImages
 from avs.selection import registry
-from avs.selection.contract import Resources
+from avs.selection.choice import notes_of
+from avs.selection.contract import Method, Resources, Selector
 from avs.system.devices import take_device
 from avs.system.errors import UserError
 from avs.system.files import file_hash
+from avs.system.numerics import in_force
 from avs.system.records import write_record
 
 FloatArray = npt.NDArray[np.float64]
@@ -81,6 +83,7 @@ def write_held_out_scores(
         scene_hash=data.scene_hash,
         other_scene=another.scene,
         settings=settings,
+        numerics=in_force(),
         moment=list(data.moment_of),
         candidate=data.candidates.tolist(),
         ssim=data.similarity.tolist(),
@@ -99,7 +102,7 @@ def _predictors(
     resize = (settings.statistics or RegressionSettings()).resize
     statistics = statistics_of(data, resize)
     if settings.statistics is not None:
-        yield from _by_regressions(statistics, weights[STATISTICS])
+        yield from _by_regressions(statistics, settings, weights[STATISTICS])
     for name, (label, worst) in _PLAIN.items():
         values = statistics[:, ALL_STATISTICS.index(name)]
         yield Scored.model_validate(
@@ -117,6 +120,8 @@ def _by_network(
     pad = told.references.pad == "black"
     variants = {"": own, **settings.evaluation.references}
     hashed = file_hash(weights)
+    own_settings = told.model_dump(include={"references", "resize", "precision"})
+    notes = notes_of(*_selector(told.method, own_settings, weights, settings.device))
     for name, found in predict_variants(scorer, data, other, variants, pad).items():
         yield Scored(
             identifier=f"{told.method}/{name}" if name else told.method,
@@ -127,6 +132,7 @@ def _by_network(
             pixel_error=found.pixel_error,
             pixel_pearson=found.pixel_pearson,
             weights_hash=hashed,
+            notes=[] if name else notes,
         )
 
 
@@ -134,16 +140,16 @@ def _by_metric(data: Distortions, told: ScoredMetric, settings: HeldOutJob, weig
     """Return what a metric says; one that fails leaves the others as they are, and the record has the reason."""
     method = registry.find(told.method).method
     scores, failure = None, None
+    notes: list[str] = []
     try:
-        checked = registry.create_settings(told.method, told.selector)
-        selector = method.selector(checked, Resources(weights, settings.device))
+        _, selector = _selector(told.method, told.selector, weights, settings.device)
         if not isinstance(selector, AssessesImages):
             raise UserError(method.label, "gives no quality of an image by itself", "leave out Method.assesses_images")
         values = np.empty(len(data))
         for rows in batches(data, settings.evaluation.batch):
             images = np.stack([data.renderings[row] for row in rows]).astype(np.float32) / np.float32(255.0)
-            values[rows] = selector.quality(images)
-        scores = values.tolist()
+            values[rows] = _checked(method, selector.quality(images), len(rows))
+        scores, notes = values.tolist(), notes_of(method, selector)
     except UserError as error:
         failure = str(error)
     except Exception as error:  # a plug-in may raise anything
@@ -156,12 +162,35 @@ def _by_metric(data: Distortions, told: ScoredMetric, settings: HeldOutJob, weig
         worst=method.chooses,
         scores=scores,
         weights_hash=None if weights is None else file_hash(weights),
+        notes=notes,
         failure=failure,
     )
 
 
-def _by_regressions(statistics: FloatArray, weights: Path) -> Iterator[Scored]:
+def _selector(
+    identifier: str, told: dict[str, Any], weights: Path | None, device: Literal["cpu", "cuda"]
+) -> tuple[Method, Selector]:
+    """Return a method, and what it selects with under some settings."""
+    method = registry.find(identifier).method
+    return method, method.selector(registry.create_settings(identifier, told), Resources(weights, device))
+
+
+def _checked(method: Method, values: object, count: int) -> FloatArray:
+    """Return the scores of ``count`` images.
+
+    Raises:
+        TypeError: they are something else, or not all finite.
+    """
+    scores = np.asarray(values, dtype=np.float64)
+    if isinstance(values, np.ma.MaskedArray) or scores.shape != (count,) or not np.isfinite(scores).all():
+        raise TypeError(f"quality of {method.label} is no array of {count} finite scores, one for each image")
+    return scores
+
+
+def _by_regressions(statistics: FloatArray, settings: HeldOutJob, weights: Path) -> Iterator[Scored]:
     fitted, hashed = read_regressions(weights), file_hash(weights)
+    assert settings.statistics is not None  # the caller has looked
+    notes = notes_of(*_selector(STATISTICS, settings.statistics.model_dump(), weights, settings.device))
     for name, label in _REGRESSIONS.items():
         regression = fitted.regressions[name]
         if name == "seen" and len(regression.columns) == len(PIXEL_STATISTICS):
@@ -173,4 +202,5 @@ def _by_regressions(statistics: FloatArray, weights: Path) -> Iterator[Scored]:
             worst="lowest",
             scores=predicted(regression, statistics).tolist(),
             weights_hash=hashed,
+            notes=notes if name == "seen" else [],
         )

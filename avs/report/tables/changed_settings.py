@@ -49,8 +49,20 @@ def changed_chooser(settings: Mapping[str, object]) -> str:
 
 def _told(own: Mapping[str, object], usual: Mapping[str, object], left_out: Collection[str] = ()) -> str:
     defaults, found = _flat(usual), _flat(own)
-    changed = {key: value for key, value in found.items() if value != defaults.get(key, value) and key not in left_out}
-    return ", ".join(f"{key} {value} instead of {defaults[key]}" for key, value in changed.items())
+    known = ((key, value, _default(defaults, key, value)) for key, value in found.items() if key not in left_out)
+    return ", ".join(f"{key} {value} instead of {default}" for key, value, default in known if value != default)
+
+
+def _default(defaults: Mapping[str, object], key: str, value: object) -> object:
+    """Return the default of a setting: of one in a section that is left out by default, that; ``value`` if unknown."""
+    if key in defaults:
+        return defaults[key]
+    within = [f"{name.removeprefix(f'{key}.')} {each}" for name, each in defaults.items() if name.startswith(f"{key}.")]
+    if within:  # a section by default, and left out here
+        return ", ".join(within)
+    parts = key.split(".")
+    sections = (".".join(parts[:count]) for count in range(1, len(parts)))
+    return next((defaults[section] for section in sections if section in defaults), value)
 
 
 def _flat(settings: Mapping[str, object], beginning: str = "") -> dict[str, object]:

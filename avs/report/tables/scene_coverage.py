@@ -17,7 +17,7 @@ from avs.report.tables.arrangement import arranged
 from avs.report.tables.coverage_agreement import TWINS, CoverageAgreement, agreement_listing, agreements
 from avs.report.tables.episode_entries import entry_cells, entry_listing, has_spread
 from avs.report.tables.episode_gaps import incomplete
-from avs.report.tables.episode_notes import equal_views, grouped_notes, own_schedules, own_settings
+from avs.report.tables.episode_notes import equal_views, grouped_notes, own_schedules, own_settings, repeated_notes
 from avs.report.tables.published_columns import published_column, why_no_mean_difference
 from avs.report.tables.reference_differences import comparison, comparison_notes, fewer_compared, listed_differences
 from avs.report.tables.scene_coverage_numbers import columns_of, coverage_value, quantities_of
@@ -121,6 +121,8 @@ def scene_coverage(
         *own_schedules(episodes),
         *own_settings(episodes),
         *machine_notes(episodes.records),
+        *coverages.machine_notes(),
+        *repeated_notes(episodes),
         *grouped_notes(((each.scene, note) for each in coverages.all for note in each.notes), episodes.scenes),
         *unranked_notes(rows),
     ]

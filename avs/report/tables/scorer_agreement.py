@@ -5,13 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from avs.iqa.held_out.held_out_record import HeldOutScores, Kind, Scored
+from avs.iqa.held_out.held_out_settings import STATISTICS
 from avs.report.collect_held_out import read_held_out
 from avs.report.document import Cell, Column, Document, Group, Listing, Row
 from avs.report.formats.numbers import plain
 from avs.report.formats.writing import write_document
+from avs.report.machines import numerics_notes
 from avs.report.tables.arrangement import ranks
+from avs.report.tables.changed_settings import changed_settings
 from avs.report.tables.scorer_agreement_numbers import (
     IMAGES,
     METRICS,
@@ -96,7 +100,7 @@ def scorer_agreement(
         caption=tuple(_caption(records, datasets)),
         columns=columns,
         groups=_groups(records[0].scored, columns, numbers, partial, methods, absent),
-        notes=tuple(_notes(records, partial, methods, absent)),
+        notes=tuple(dict.fromkeys(_notes(records, partial, methods, absent))),
         listing=_listing(records[0].scored, numbers, partial, absent),
         appendices={"_per_scene": _scenes(records)},
         rows_are="Predictor",
@@ -206,6 +210,21 @@ def _caption(records: Sequence[HeldOutScores], datasets: Sequence[str]) -> Itera
         yield "After the plus-minus sign: its standard error over scenes."
 
 
+def _own_settings(record: HeldOutScores) -> Iterator[str]:
+    """Yield which settings of methods are not their defaults, as the tables of episodes tell."""
+    told = record.settings
+    own: dict[str, dict[str, Any]] = {
+        each.method: each.model_dump(mode="json", include={"references", "resize", "precision"})
+        for each in told.networks
+    }
+    own |= {each.method: each.selector for each in told.metrics}
+    own |= {} if told.statistics is None else {STATISTICS: told.statistics.model_dump(mode="json")}
+    for each in record.scored:
+        changed = changed_settings(each.identifier, own.get(each.identifier, {}))
+        if changed:
+            yield f"{each.label}, not as by default: {changed}"
+
+
 def _notes(
     records: Sequence[HeldOutScores], partial: _Partial, methods: Sequence[str], absent: Mapping[str, Reason]
 ) -> Iterator[str]:
@@ -216,6 +235,9 @@ def _notes(
         for each in record.scored:
             if each.failure is not None:
                 yield f"{each.label}, {record.scene}: {each.failure}"
+            yield from each.notes
+    yield from _own_settings(records[0])
+    yield from numerics_notes(((each.settings.device, each.numerics) for each in records), "records of held-out scenes")
     for each in records[0].scored:
         if (ALL, each.identifier) in partial:
             yield f"{each.label}: {partial[ALL, each.identifier]}; no rank"

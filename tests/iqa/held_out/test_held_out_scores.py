@@ -11,6 +11,7 @@ from avs.iqa.held_out.held_out_settings import HeldOutJob
 from avs.iqa.render_statistics.regression_fit import fit_statistics
 from avs.iqa.render_statistics.regression_settings import RegressionSettings
 from avs.iqa.render_statistics.view_geometry import VIEW_GEOMETRY
+from avs.selectors.no_reference import NoReferenceSelector
 from avs.system.errors import UserError
 from avs.system.records import read_record
 
@@ -87,6 +88,21 @@ def test_a_metric_that_fails_leaves_the_others(folder, tmp_path):
     assert failed.scores is None
     assert "selectors.piqe.resise" in failed.failure
     assert [each.identifier for each in others] == ["gradient", "opacity", "distance"]
+
+
+@pytest.mark.parametrize("wrong", [lambda images: images.mean(), lambda images: np.full(len(images), np.nan)])
+def test_qualities_that_are_no_score_for_each_image_are_a_failure(folder, tmp_path, monkeypatch, wrong):
+    monkeypatch.setattr(NoReferenceSelector, "quality", lambda self, images: wrong(images))
+    failed, *_ = score(folder, tmp_path / "a", networks=[], statistics=None).scored
+    assert failed.scores is None
+    assert "finite scores, one for each image" in failed.failure
+
+
+def test_what_a_reader_should_know_of_weights_is_in_the_record(folder, tmp_path):
+    found = {each.identifier: each.notes for each in score(folder, tmp_path / "a").scored}
+    assert found["ours-repvit"][0].startswith("Ours-RepViT: weights of a training that is not recorded")
+    assert found["statistics"][0].startswith("Render statistics: ")
+    assert found["ours-repvit/none"] == found["statistics/pixels"] == found["gradient"] == []
 
 
 def test_regressions_that_see_pixels_alone_have_one_row(folder, tmp_path):
