@@ -17,6 +17,7 @@ from avs.config.slam_config import SlamFigureJob, explorers
 from avs.config.slam_jobs import explored
 from avs.config.studied import studied_methods
 from avs.config.unfinished_agnostic import wanted_agnostic
+from avs.config.unfinished_scorers import wanted_scorers
 from avs.nvs.common_states_settings import CommonStatesJob
 from avs.nvs.episode_settings import EpisodeSettings
 from avs.report.incomplete_coverage import WantedCoverage, WantedCoverageTable
@@ -50,6 +51,7 @@ def unfinished(plan: RunPlan) -> UnfinishedRun:
         side_by_side=side_by_side(config),
         coverage=tuple(_coverage(plan, dataset) for dataset in config.with_table("coverage")),
         explorations=_explorations(plan),
+        scorers=wanted_scorers(plan),
         agnostic=tuple(wanted_agnostic(plan, partial(_episode_beside, plan, "agnostic_episode", "representation"))),
     )
 

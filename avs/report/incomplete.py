@@ -19,6 +19,7 @@ from avs.report.formats.markdown import document_markdown
 from avs.report.formats.writing import write_document
 from avs.report.incomplete_coverage import incomplete_coverage
 from avs.report.incomplete_explorations import incomplete_explorations
+from avs.report.incomplete_scorers import incomplete_scorers
 from avs.report.report_settings import BASE
 from avs.report.tables.data_sets_side_by_side import ShownDataSet, side_by_side
 from avs.report.tables.method_significance import method_significance
@@ -92,6 +93,9 @@ def incomplete_documents(run: UnfinishedRun) -> tuple[dict[str, Document], list[
         with _left_out_into(lines):
             episodes = collected.get(run.times.dataset, Episodes(run.times.dataset, {}))
             documents |= _selection_times(run.times, episodes)
+    if run.scorers is not None:
+        with _left_out_into(lines):
+            documents["scorer"] = incomplete_scorers(run.scorers)
     with _left_out_into(lines):
         if run.side_by_side and all(name in collected for name in run.side_by_side):
             documents["re10k_mfr"] = side_by_side(_shown(run, collected), "re10k_mfr")

@@ -10,6 +10,7 @@ from typing import Any
 from avs.report.collect import Cell
 from avs.report.incomplete_coverage import WantedCoverageTable
 from avs.report.incomplete_explorations import WantedExplorations
+from avs.report.incomplete_scorers import WantedScorers
 from avs.report.tables.runtime_summary import Summary
 from avs.system.reasons import Reason
 
@@ -155,6 +156,7 @@ class UnfinishedRun:
         side_by_side: the data sets that one table has side by side; none if there is no such table.
         explorations: what the table of active SLAM is made from, or None if the run leaves it out.
         agnostic: the table of several representations of each data set; none if the run leaves them out.
+        scorers: what the table of scorers is made from, or None if the run leaves it out.
     """
 
     reference: str | None
@@ -166,3 +168,4 @@ class UnfinishedRun:
     side_by_side: tuple[str, ...] = ()
     explorations: WantedExplorations | None = None
     agnostic: tuple[WantedAgnostic, ...] = ()
+    scorers: WantedScorers | None = None

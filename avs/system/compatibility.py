@@ -60,15 +60,14 @@ def prepare_environment() -> None:
     """Set the environment variables of this module where the user has not set them.
 
     Call it before numpy, numba or torch is imported; a program's first line is the place. Child processes inherit them.
-    The number of threads is set in any case where numerics are to be portable: sums end in other bits with another
-    one, and Snakemake tells it to each job by these variables.
+    The number of threads is set in any case: sums end in other bits with another one, and Snakemake tells each job by
+    these variables how many cores it has, the timing of selections all of them.
 
     Raises:
         UserError: as of ``avs.system.numerics.asked``.
     """
     numerics.set_variables()
-    if numerics.asked() == "portable":
-        os.environ.update(_THREADS)
+    os.environ.update(_THREADS)
     for name, value in variables().items():
         os.environ.setdefault(name, value)
 

@@ -5,6 +5,7 @@ import csv
 import pytest
 
 from avs.report.incomplete import write_incomplete_tables
+from avs.report.incomplete_scorers import WantedHeldOut, WantedScorers
 from avs.report.wanted_records import (
     UnfinishedRun,
     WantedEpisode,
@@ -18,6 +19,7 @@ from avs.scene.similarity import IDENTITY
 from avs.system.reasons import Reason
 from avs.system.records import write_record
 from tests.report.state_records import ONE, make_states, scored, state
+from tests.report.test_scorer_agreement import record as held_out_record
 from tests.report.timing_records import make_record
 
 METHODS = ("random", "fisherrf", "ours-repvit")
@@ -68,7 +70,7 @@ class Results:
         path.parent.mkdir(exist_ok=True)
         path.write_text(text)
 
-    def write(self, methods=METHODS, times=None, absent=None, ranked=False):
+    def write(self, methods=METHODS, times=None, absent=None, ranked=False, scorers=None):
         protocol = self.make_episode("random").protocol
         wanted = tuple(
             WantedEpisode(
@@ -95,7 +97,7 @@ class Results:
             for seed in SEEDS
         )
         tables = (WantedTable("orbit", (*methods, *(absent or {})), wanted, None, states if ranked else ()),)
-        run = UnfinishedRun("ours-repvit", absent or {}, tables, times)
+        run = UnfinishedRun("ours-repvit", absent or {}, tables, times, scorers=scorers)
         return write_incomplete_tables(run, self.folder / "tables_incomplete")
 
     def rows(self):
@@ -241,3 +243,21 @@ def test_a_ranking_without_any_record_is_a_line_and_the_other_table_is_there(res
     tables, left_out = results.write(ranked=True)
     assert len(tables) == 1
     assert left_out == ["left out: ranking of orbit: no record yet; its job has not run"]
+
+
+def test_the_table_of_scorers_is_whole_or_left_out_with_the_reason(results):
+    results.put_all()
+    scenes = {"a_held_out": ("a_1", "a_2")}
+    wanted = [
+        WantedHeldOut(results.folder / "held_out" / f"{name}.json", (results.folder / "logs" / f"{name}.log",))
+        for name in ("a_1", "a_2")
+    ]
+    scorers = WantedScorers(tuple(wanted), scenes, ("statistics",), {})
+    predictor = {"statistics": ("regression", "lowest", lambda ssim, moment: ssim)}
+    write_record(wanted[0].path, held_out_record("a_1", **predictor))
+    _, left_out = results.write(scorers=scorers)
+    assert left_out == ["left out: table of scorers: 1 of 2 held-out scenes have no scores; its job has not run"]
+    write_record(wanted[1].path, held_out_record("a_2", **predictor))
+    _, left_out = results.write(scorers=scorers)
+    assert left_out == []
+    assert (results.folder / "tables_incomplete" / "scorer.md").is_file()
