@@ -32,10 +32,6 @@ class Coverages:
     lacking: Reason | None = None
     records: Sequence[Path] = ()
 
-    def machine_notes(self) -> list[str]:
-        """Return a line for each fact of machine or packages that differs between the records."""
-        return machine_notes(self.records, CoverageMeta, "records of coverage")
-
     @property
     def all(self) -> list[Coverage]:
         """Every record, by method, scene and seed."""
@@ -80,6 +76,11 @@ def read_coverages(paths: Sequence[Path], episodes: Episodes, lacking: Reason | 
             raise UserError(path, "was measured with other settings than others", _REMEDY)
         cells.setdefault(record.method, {})[cell] = record
     return Coverages({method: dict(sorted(found.items())) for method, found in cells.items()}, lacking, tuple(paths))
+
+
+def coverage_machine_notes(records: Sequence[Path]) -> list[str]:
+    """Return a line for each fact of machine or packages that differs between records; see ``machine_notes``."""
+    return machine_notes(records, CoverageMeta, "records of coverage")
 
 
 def paths_by_dataset(paths: Sequence[Path]) -> dict[str, list[Path]]:

@@ -7,15 +7,20 @@ from pathlib import Path
 
 import numpy as np
 
-from avs.coverage.coverage_record import Coverage, CoverageMeta
+from avs.coverage.coverage_record import Coverage
 from avs.nvs.record import Episode
 from avs.report.collect import Cell, read_episodes
-from avs.report.collect_coverage import Coverages, paths_by_dataset, read_coverages, with_coverage
+from avs.report.collect_coverage import (
+    Coverages,
+    coverage_machine_notes,
+    paths_by_dataset,
+    read_coverages,
+    with_coverage,
+)
 from avs.report.figures.captions import sentences, told_of_machines, write_caption
 from avs.report.figures.curves import Panel, Values, panels
 from avs.report.figures.figure_files import draw_notice
 from avs.report.figures.over_views import Wording, draw_over_views
-from avs.report.machines import machine_notes
 
 _WORDING = Wording("median SCR (%)", "difference to the\nmean of methods (%)", "all views")
 
@@ -50,7 +55,7 @@ def write_coverage_over_views(
     drawn = coverage_panels(episodes, records, methods)
     if drawn:
         draw_over_views(drawn, reference, _WORDING, out)
-        told = told_of_machines(episodes) + sentences(machine_notes(records, CoverageMeta, "records of coverage"))
+        told = told_of_machines(episodes) + sentences(coverage_machine_notes(records))
         write_caption(out, _CAPTION + told)
     else:
         draw_notice(_NOTHING, out)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from avs.report.collect import Episodes, read_dataset
-from avs.report.collect_coverage import Coverages, read_coverages
+from avs.report.collect_coverage import Coverages, coverage_machine_notes, read_coverages
 from avs.report.document import Cell, Document, Group, Listing, Row
 from avs.report.formats.numbers import EXTRA_DECIMALS, plain
 from avs.report.formats.writing import write_document
@@ -121,7 +121,7 @@ def scene_coverage(
         *own_schedules(episodes),
         *own_settings(episodes),
         *machine_notes(episodes.records),
-        *coverages.machine_notes(),
+        *coverage_machine_notes(coverages.records),
         *repeated_notes(episodes),
         *grouped_notes(((each.scene, note) for each in coverages.all for note in each.notes), episodes.scenes),
         *unranked_notes(rows),
