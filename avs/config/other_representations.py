@@ -12,7 +12,7 @@ from avs.config.run_config import Config
 from avs.config.sensitivity_settings import laid_over
 from avs.nvs.protocol import ProtocolSettings
 from avs.representations.base import RepresentationSettings
-from avs.representations.kinds import AnyRepresentationSettings
+from avs.representations.kinds import AnyRepresentationSettings, kinds
 from avs.scene.images import BLACK
 from avs.selection import registry
 from avs.system.errors import UserError
@@ -122,4 +122,7 @@ def check_representations(config: Config, programs: Collection[str]) -> None:
             fault = f"{dataset} is no data set on which methods run"
             raise UserError("configuration: agnostic.datasets", fault, f"name some of {known}")
     for name in told.representations:
-        on_representation(config, name)
+        kind = on_representation(config, name).representation.kind
+        if name in kinds() and name != kind:
+            subject = f"configuration: agnostic.representations.{name}"
+            raise UserError(subject, f"is of the kind {kind}", f"give it `kind: {name}`, or another name")

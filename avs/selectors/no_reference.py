@@ -176,7 +176,8 @@ def _build_niqe(settings: NIQESettings, resources: Resources) -> NoReferenceSele
     fitted = read_fitted(path)
     if fitted.settings != FitSettings(resize=settings.resize, fit=settings.fit):
         raise UserError(path, "was fitted with other settings than selectors.niqe has", "fit NIQE's parameters again")
-    note = f"NIQE: fitted to {fitted.photographs} photographs of training scenes, not the published parameters"
+    small = f" ({fitted.left_out} others are smaller than it sees them)" if fitted.left_out else ""
+    note = f"NIQE: fitted to {fitted.photographs} photographs of training scenes{small}, not the published parameters"
     return NoReferenceSelector(_METRICS["niqe"], settings, resources, fitted_niqe(fitted), (note,))
 
 

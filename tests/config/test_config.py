@@ -10,6 +10,7 @@ import pytest
 import yaml
 
 from avs.config.configuration import load, variant_of
+from avs.config.other_representations import on_representation
 from avs.config.schemas import SCHEMAS, write_schemas
 from avs.report.report_settings import ENDINGS
 from avs.system.errors import UserError
@@ -195,6 +196,20 @@ def test_a_variant_that_does_not_fit_is_one_line(edit, line):
     with pytest.raises(UserError, match=line) as caught:
         load(values() | {"sensitivity": VARIED | edit})
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("scale", ["ci", "small", "paper"])
+def test_a_representation_called_as_a_kind_is_of_that_kind(scale):
+    values = yaml.safe_load((ROOT / "workflows" / "config" / f"{scale}.yaml").read_text())
+    values |= {"representation": {"kind": "tensorf"}, "sensitivity": None}
+    config = load(values | {"runtime": None})
+    found = {name: on_representation(config, name).representation.kind for name in config.agnostic.representations}
+    assert found == {kind: kind for kind in ("gaussians", "tensorf", "nerfacto")}
+    values["agnostic"]["representations"] |= {"gaussians": {}}
+    with pytest.raises(
+        UserError, match=r"representations.gaussians: is of the kind tensorf; give it `kind: gaussians`"
+    ):
+        load(values | {"runtime": None})
 
 
 @pytest.mark.parametrize(

@@ -127,7 +127,7 @@ def fitted(tmp_path):
 
     prepare_torchvision()
     settings = FitSettings(resize=ResizeSettings(pixels=451), fit=PatchSettings(patch=48, sharpness=0.2))
-    card = {"format": "avs-niqe-1", "photographs": 1, "settings": settings.model_dump(mode="json")}
+    card = {"format": "avs-niqe-2", "photographs": 1, "left_out": 0, "settings": settings.model_dump(mode="json")}
     path = tmp_path / "niqe.safetensors"
     write_fitted(path, fit(sharp_features(data.chelsea()[None], settings), 48), card)
     return path, {"resize": {"pixels": 451}, "fit": {"patch": 48, "sharpness": 0.2}}

@@ -11,7 +11,7 @@ import numpy as np
 
 from avs.iqa.no_reference.niqe import FEATURES, Gaussian, checked, local_statistics, luminance, patch_features
 from avs.iqa.no_reference.niqe_settings import FitSettings
-from avs.iqa.resizing import Pixels, resized, to_tensor
+from avs.iqa.resizing import Pixels, resized, target_size, to_tensor
 from avs.scene.scene import read_scene
 from avs.system.errors import UserError
 from avs.system.tensor_files import read_tensors, write_tensors
@@ -19,7 +19,7 @@ from avs.system.tensor_files import read_tensors, write_tensors
 if TYPE_CHECKING:
     from torch import Tensor
 
-_FORMAT = "avs-niqe-1"
+_FORMAT = "avs-niqe-2"
 _REMEDY = "delete it and fit it again"
 
 
@@ -31,15 +31,20 @@ class FittedParameters:
         gaussian: the parameters.
         settings: size of the photographs and choice of their patches.
         photographs: how many there were.
+        left_out: how many more there were that are smaller than that size.
     """
 
     gaussian: Gaussian
     settings: FitSettings
     photographs: int
+    left_out: int
 
 
 def fit_scenes(scenes: Sequence[Path], settings: FitSettings, out: Path, progress: Callable[[str], None]) -> None:
-    """Fit NIQE's parameters to all photographs of some scenes, and write them.
+    """Fit NIQE's parameters to all photographs of some scenes that are large enough, and write them.
+
+    A photograph that would have to be enlarged is left out, for interpolated pixels are no pristine ones: of 736 at 176
+    px the 64 that had 96 px had a mean first shape parameter of 2.2, others of 3.1, and changed one choice in five.
 
     Args:
         scenes: folders of scenes, none of which is evaluated later.
@@ -48,28 +53,38 @@ def fit_scenes(scenes: Sequence[Path], settings: FitSettings, out: Path, progres
         progress: receives one line about each scene.
 
     Raises:
-        UserError: a scene is damaged, or the photographs hold too few sharp patches.
+        UserError: a scene is damaged, or the photographs are too small or hold too few sharp patches.
     """
     from avs.system.compatibility import prepare_torchvision
 
     prepare_torchvision()
-    features, pictures, hashes = [], 0, {}
+    features, left_out, hashes = [], 0, {}
     for folder in scenes:
         scene = read_scene(folder)
-        views = scene.views(range(len(scene.names)))
-        features += [sharp_features(image[None], settings) for image in views.images]
-        pictures += len(views)
+        images = scene.views(range(len(scene.names))).images
+        large = [image for image in images if not _enlarged(image, settings)]
+        features += [sharp_features(image[None], settings) for image in large]
+        left_out += len(images) - len(large)
         hashes[f"{scene.dataset}/{scene.name}"] = scene.content_hash
-        progress(f"{scene.name}: {len(views)} photographs, {sum(map(len, features))} sharp patches so far")
+        progress(f"{scene.name}: {len(large)} photographs, {sum(map(len, features))} sharp patches so far")
+    if not features:
+        fault = f"all photographs would have to be enlarged to {settings.resize.pixels} pixels, which blurs them"
+        raise UserError("niqe", fault, "lower selectors.niqe.resize.pixels")
     gaussian = fit(np.concatenate(features), settings.fit.patch)
     card = {
         "format": _FORMAT,
         "scenes": hashes,
-        "photographs": pictures,
+        "photographs": len(features),
+        "left_out": left_out,
         "patches": sum(map(len, features)),
         "settings": settings.model_dump(mode="json"),
     }
     write_fitted(out, gaussian, card)
+
+
+def _enlarged(image: Pixels, settings: FitSettings) -> bool:
+    height, width = image.shape[:2]
+    return target_size(height, width, settings.resize) > (height, width)
 
 
 def sharp_features(images: Pixels, settings: FitSettings) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
@@ -132,8 +147,8 @@ def read_fitted(path: Path) -> FittedParameters:
             raise UserError(path, f"format {card['format']!r}, expected {_FORMAT!r}", _REMEDY)
         settings = FitSettings.model_validate(card["settings"])
         gaussian = Gaussian(arrays["mean"], arrays["covariance"], settings.fit.patch)
-        photographs = int(card["photographs"])
+        photographs, left_out = int(card["photographs"]), int(card["left_out"])
     except (KeyError, TypeError, ValueError) as error:
         reason = " ".join(str(error).split())[:100]
         raise UserError(path, f"not parameters that avs niqe_fit wrote ({reason})", _REMEDY) from error
-    return FittedParameters(checked(gaussian, path, _REMEDY), settings, photographs)
+    return FittedParameters(checked(gaussian, path, _REMEDY), settings, photographs, left_out)

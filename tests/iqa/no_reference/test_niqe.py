@@ -112,8 +112,9 @@ def test_file_keeps_the_parameters_and_is_the_same_twice(tmp_path):
     gaussian, card = (
         some_gaussian(48),
         {
-            "format": "avs-niqe-1",
+            "format": "avs-niqe-2",
             "photographs": 3,
+            "left_out": 2,
             "settings": FitSettings(fit=PatchSettings(patch=48)).model_dump(mode="json"),
         },
     )
@@ -124,7 +125,7 @@ def test_file_keeps_the_parameters_and_is_the_same_twice(tmp_path):
     assert path.read_bytes() == first
     back = read_fitted(path)
     assert back.gaussian.patch == back.settings.fit.patch == 48
-    assert back.photographs == 3
+    assert (back.photographs, back.left_out) == (3, 2)
     np.testing.assert_array_equal(back.gaussian.mean, gaussian.mean)
     np.testing.assert_array_equal(back.gaussian.covariance, gaussian.covariance)
 
@@ -154,25 +155,48 @@ def test_parameters_of_a_wrong_shape_are_refused(tmp_path):
     assert Gaussian(np.zeros(36), np.eye(36)).patch == 96
 
 
-def test_fit_of_a_scene_is_that_of_its_photographs(tmp_path, monkeypatch):
-    photographs = tuple(data.chelsea()[:96, 32 * start : 32 * start + 96] for start in range(8))
-    scene = SimpleNamespace(
-        name="cat",
-        dataset="pets",
-        content_hash="0",
-        names=range(8),
-        views=lambda rows: Photographs(photographs),
-    )
-    monkeypatch.setattr("avs.iqa.no_reference.niqe_fit.read_scene", lambda folder: scene)
-    settings = FitSettings(resize=ResizeSettings(pixels=96), fit=PatchSettings(patch=32, sharpness=0.2))
-    lines = []
-    fit_scenes([tmp_path], settings, tmp_path / "niqe.safetensors", lines.append)
-    back = read_fitted(tmp_path / "niqe.safetensors")
-    features = np.concatenate([sharp_features(image[None], settings) for image in photographs])
+@pytest.fixture
+def fitted_to(tmp_path, monkeypatch):
+    """Return what fits NIQE to photographs of one scene, resized to 96 pixels, and the lines that it prints."""
+
+    def fitted(photographs):
+        scene = SimpleNamespace(
+            name="cat",
+            dataset="pets",
+            content_hash="0",
+            names=range(len(photographs)),
+            views=lambda rows: Photographs(photographs),
+        )
+        monkeypatch.setattr("avs.iqa.no_reference.niqe_fit.read_scene", lambda folder: scene)
+        lines = []
+        fit_scenes([tmp_path], SMALL, tmp_path / "niqe.safetensors", lines.append)
+        return read_fitted(tmp_path / "niqe.safetensors"), lines
+
+    return fitted
+
+
+SMALL = FitSettings(resize=ResizeSettings(pixels=96), fit=PatchSettings(patch=32, sharpness=0.2))
+CATS = tuple(data.chelsea()[:96, 32 * start : 32 * start + 96] for start in range(8))
+
+
+def test_fit_of_a_scene_is_that_of_its_photographs(fitted_to):
+    back, lines = fitted_to(CATS)
+    features = np.concatenate([sharp_features(image[None], SMALL) for image in CATS])
     np.testing.assert_array_equal(back.gaussian.mean, features.mean(axis=0))
-    assert back.settings == settings
-    assert back.photographs == 8
+    assert back.settings == SMALL
+    assert (back.photographs, back.left_out) == (8, 0)
     assert lines == [f"cat: 8 photographs, {len(features)} sharp patches so far"]
+
+
+def test_photographs_that_would_be_enlarged_are_left_out_of_the_fit(fitted_to):
+    small = tuple(image[:60, :95] for image in CATS)
+    alone, _ = fitted_to(CATS)
+    back, lines = fitted_to((*small, *CATS))
+    np.testing.assert_array_equal(back.gaussian.mean, alone.gaussian.mean)
+    assert (back.photographs, back.left_out) == (8, 8)
+    assert lines[0].startswith("cat: 8 photographs")
+    with pytest.raises(UserError, match="enlarged to 96 pixels"):
+        fitted_to(small)
 
 
 class Photographs(tuple):
