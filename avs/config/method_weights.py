@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from avs.config.configuration import scorer_of
 from avs.config.run_config import Config
+from avs.config.slam_config import explorers
 from avs.iqa.cross_reference.backbone_weights import absent_weights
 from avs.iqa.cross_reference.published_weights import published_weights
 from avs.iqa.cross_reference.scorer_settings import PUBLISHED
 from avs.selection import registry
 from avs.system import weights
-from avs.system.files import can_be_named
+from avs.system.named_files import named_files
 from avs.system.reasons import Reason
 
 _FITTED: dict[str, Literal["niqe_fit", "statistics_fit"]] = {"niqe": "niqe_fit", "statistics": "statistics_fit"}
@@ -82,30 +82,57 @@ def _located(pretrained: Sequence[str]) -> Path | None:
 def files_read(config: Config, identifier: str, *, evaluated: bool) -> tuple[Path, ...]:
     """Return the files on this machine that a method reads beside what it gets, so that a change is seen.
 
-    They are downloaded weights, and what its settings name by a path.
+    They are downloaded weights, and what its settings and those of the representation name by a path.
 
     Args:
         config: of the run.
         identifier: of the method.
         evaluated: whether test metrics are computed too, LPIPS by its published backbone.
+
+    Raises:
+        UserError: see ``named_files``.
     """
-    own = () if is_program(identifier) else registry.find(identifier).method.pretrained
-    names = [*own, *([f"lpips-{config.protocol.lpips.net}"] if evaluated else [])]
-    found = tuple(path for name in names if (path := weights.locate(name)) is not None)
-    return (*found, *_named_in(config.selectors.get(identifier, {})))
+    downloaded = (f"lpips-{config.protocol.lpips.net}",) if evaluated else ()
+    own = _files_of(identifier, config.selectors.get(identifier, {}), downloaded)
+    return (*own, *named_files(config.representation.model_dump()))
 
 
-def _named_in(settings: object) -> Iterator[Path]:
-    """Yield the files that settings name, however deep; Snakemake takes what stands in braces for a wildcard."""
-    if isinstance(settings, Mapping):
-        settings = list(settings.values())
-    if isinstance(settings, list | tuple):
-        for each in settings:
-            yield from _named_in(each)
-    elif isinstance(settings, str) and can_be_named(Path(settings)):
-        with contextlib.suppress(OSError, ValueError):  # no path, but a long text
-            if Path(settings).is_file():
-                yield Path(settings)
+def files_read_exploring(config: Config, name: str) -> tuple[Path, ...]:
+    """Return the same of the method that chooses paths under a name of ``slam.methods``; none if no method does."""
+    told = explorers(config.slam).get(name)
+    return () if told is None else _files_of(told.method, told.settings)
+
+
+def files_read_by_back_end(config: Config) -> tuple[Path, ...]:
+    """Return the files on this machine that the back end of coverage reads, such as the weights of its network.
+
+    Raises:
+        UserError: see ``named_files``.
+    """
+    return () if config.coverage is None else tuple(named_files(config.coverage.sfm.model_dump()))
+
+
+def check_named_files(config: Config) -> None:
+    """Look at all files that settings name, so that none is found later that cannot be watched.
+
+    Raises:
+        UserError: see ``named_files``.
+    """
+    for identifier in config.methods:
+        files_read(config, identifier, evaluated=False)
+    for name in explorers(config.slam):
+        files_read_exploring(config, name)
+    files_read_by_back_end(config)
+
+
+def _files_of(identifier: str, told: dict[str, Any], downloaded: Sequence[str] = ()) -> tuple[Path, ...]:
+    """Return downloaded weights, and what a method's settings name, those that are its defaults too."""
+    pretrained: Sequence[str] = ()
+    if not is_program(identifier):
+        pretrained = registry.find(identifier).method.pretrained
+        told = registry.create_settings(identifier, told).model_dump()
+    found = tuple(path for name in (*pretrained, *downloaded) if (path := weights.locate(name)) is not None)
+    return (*found, *named_files(told))
 
 
 def absent_methods(config: Config) -> dict[str, Reason]:

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from avs.datasets.image_names import is_image
 from avs.system.errors import UserError
+from avs.system.file_walk import walk_files
 from avs.system.files import CAN_BE_NAMED, can_be_named, explained, file_hash
 from avs.system.reasons import Reason
 
@@ -129,32 +130,6 @@ def photographs_of(folder: Path) -> list[Path]:
     """
     files = list(walk_files(folder / "images"))
     return [path for path in files if is_image(path) and not path.name.startswith(".")] or files
-
-
-def walk_files(folder: Path) -> Iterator[Path]:
-    """Yield the files below ``folder``, through links to folders as well, but through each folder once.
-
-    Links to a folder that holds the one with the link are passed over: they lead to all that is there, up to the whole
-    disk. Pipes and devices are no files.
-
-    Raises:
-        OSError: a folder cannot be read.
-    """
-    seen: set[tuple[int, int]] = set()
-    waiting = [folder] if folder.is_dir() else []
-    while waiting:
-        current = waiting.pop()
-        status = current.stat()
-        if (status.st_dev, status.st_ino) in seen:
-            continue
-        seen.add((status.st_dev, status.st_ino))
-        with os.scandir(current) as entries:  # a path for each entry and its kind would take ten times as long
-            for entry in sorted(entries, key=lambda entry: entry.name):
-                if entry.is_dir():
-                    if not (entry.is_symlink() and current.resolve().is_relative_to(Path(entry.path).resolve())):
-                        waiting.append(current / entry.name)
-                elif entry.is_file():
-                    yield current / entry.name
 
 
 def is_folder(path: Path) -> bool:

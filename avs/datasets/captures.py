@@ -7,13 +7,14 @@ from typing import Literal, Self
 
 from pydantic import Field
 
-from avs.datasets.capture_folders import COLMAP, Layout, walk_files
+from avs.datasets.capture_folders import COLMAP, Layout
 from avs.datasets.capture_models import choose_model
 from avs.datasets.capture_settings import CaptureSettings
 from avs.datasets.folder_reader import PictureFolderReader
 from avs.datasets.posed_scene import PosedPictures, write_posed
 from avs.scene.colmap import find_model
 from avs.system.errors import UserError
+from avs.system.file_walk import walk_files
 
 
 class Captures(PictureFolderReader):

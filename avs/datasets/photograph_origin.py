@@ -8,9 +8,9 @@ from pathlib import Path
 
 from pydantic import Field
 
-from avs.datasets.capture_folders import walk_files
 from avs.datasets.image_names import is_image
 from avs.system.errors import UserError
+from avs.system.file_walk import walk_files
 from avs.system.files import file_hash
 from avs.system.lists_of_names import some_of
 from avs.system.models import StrictModel

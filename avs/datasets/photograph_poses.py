@@ -9,12 +9,12 @@ from typing import Literal
 
 from PIL import Image
 
-from avs.datasets.capture_folders import walk_files
 from avs.datasets.image_names import is_image
 from avs.datasets.photograph_origin import NAME, Origin, check_origin, files_in, files_made, origin_of, photographs_in
 from avs.datasets.video_frames import every_frame
 from avs.scene.images import read_header, read_image
 from avs.system.errors import UserError
+from avs.system.file_walk import walk_files
 from avs.system.files import atomic_folder
 from avs.system.lists_of_names import some_of
 from avs.system.records import write_record

@@ -18,7 +18,7 @@ import numpy as np
 from PIL import Image
 from pydantic import Field, PositiveFloat, PositiveInt
 
-from avs.datasets.capture_folders import FoundCaptures, Layout, walk_files
+from avs.datasets.capture_folders import FoundCaptures, Layout
 from avs.datasets.folder_reader import FolderReader
 from avs.datasets.found_points import triangulated_points
 from avs.datasets.number_lines import numbers_of, text_lines
@@ -30,6 +30,7 @@ from avs.scene.cameras import FloatArray
 from avs.scene.colmap import Model, ModelCamera
 from avs.scene.colmap.model import check_camera
 from avs.system.errors import UserError
+from avs.system.file_walk import walk_files
 from avs.system.files import explained, temporary_folder
 from avs.system.lists_of_names import some_of
 from avs.system.reasons import Reason

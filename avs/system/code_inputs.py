@@ -8,6 +8,7 @@ import hashlib
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
+from avs.system.file_walk import walk_files
 from avs.system.files import SMALL, file_hash
 from avs.system.installed_files import counts, installed_files
 from avs.system.known_digests import known_digest
@@ -68,14 +69,13 @@ def stamp(paths: Iterable[str]) -> str:
 def with_contents(paths: Iterable[str]) -> list[str]:
     """Return paths of files, in place of a folder those of all files in it, which a change of one can be seen by.
 
-    Hidden files and what Python compiles are left out.
+    Links to folders are followed. Hidden files and what Python compiles are left out.
     """
     return [str(path) for each in map(Path, paths) for path in (_inside(each) if each.is_dir() else [each])]
 
 
 def _inside(folder: Path) -> list[Path]:
-    found = sorted(path for path in folder.rglob("*") if path.is_file())
-    return [path for path in found if counts(path.relative_to(folder).parts)]
+    return sorted(path for path in walk_files(folder) if counts(path.relative_to(folder).parts))
 
 
 def sources_of_inputs(results: str) -> Callable[[object, Iterable[str]], list[str]]:

@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 
+from avs.system.file_walk import walk_files
+
 _LEFT_OUT = ("__pycache__", ".pyc", ".dist-info", ".egg-info")
 _SITE = frozenset(Path(sysconfig.get_path(name)) for name in ("purelib", "platlib"))
 _BRACES = frozenset("{}")  # Snakemake takes what stands in them for a wildcard
@@ -61,7 +63,7 @@ def _of_package(module: str) -> Iterator[Path]:
             origin, folder = Path(spec.origin), Path(spec.origin).parent
             inside = [origin]
             if spec.submodule_search_locations is not None:
-                inside = list(folder.rglob("*"))
+                inside = list(walk_files(folder))
             elif folder not in _SITE:  # a link to the folder of somebody's project: no list of its data is known
                 inside = [path for path in folder.iterdir() if path == origin or path.suffix != ".py"]
             yield from (path for path in inside if counts(path.relative_to(folder).parts))

@@ -1,10 +1,24 @@
 """Which weights a method gets: published ones, those that the run makes, or none."""
 
+import dataclasses
+
 import pytest
 import yaml
+from pydantic import create_model
 
 from avs.config.configuration import load
-from avs.config.method_weights import Absent, Made, absent_methods, files_read, weights_of
+from avs.config.method_weights import (
+    Absent,
+    Made,
+    absent_methods,
+    check_named_files,
+    files_read,
+    files_read_by_back_end,
+    files_read_exploring,
+    weights_of,
+)
+from avs.selection import registry
+from avs.system.errors import UserError
 from avs.system.reasons import Reason
 from tests.workflow.project import ROOT
 
@@ -33,10 +47,53 @@ def put(folder, name):
     return path
 
 
-def test_a_file_that_settings_name_is_read(cache):
-    table = put(cache, "table.json")
-    config_ = config().model_copy(update={"selectors": {"random": {"deep": [{"table": str(table)}], "word": "table"}}})
-    assert files_read(config_, "random", evaluated=False) == (table,)
+@pytest.fixture
+def reading(monkeypatch):
+    """Return what registers a method ``reading`` whose setting ``table`` names a file by default."""
+
+    def register(table):
+        settings = create_model("Settings", __base__=registry.find("random").method.settings, table=(str, str(table)))
+        method = dataclasses.replace(registry.find("random").method, settings=settings)
+        found = dict(registry.methods()) | {"reading": dataclasses.replace(registry.find("random"), method=method)}
+        monkeypatch.setattr(registry, "methods", lambda: found)
+
+    return register
+
+
+def test_a_file_that_settings_name_is_read_if_only_by_default(cache, reading):
+    one, other = put(cache, "one.json"), put(cache, "other.json")
+    reading(one)
+    told = config(methods=["reading", "random"])
+    assert files_read(told, "reading", evaluated=False) == (one,)
+    changed = told.model_copy(update={"selectors": {"reading": {"table": str(other)}}})
+    assert files_read(changed, "reading", evaluated=False) == (other,)
+    assert files_read(changed, "random", evaluated=False) == ()
+    # the settings of a program are its own
+    program = told.model_copy(update={"selectors": {"mine": {"deep": [{"table": str(one)}], "word": "table"}}})
+    assert files_read(program, "mine", evaluated=False) == (one,)
+
+
+def test_an_explorer_reads_what_its_own_settings_name(cache, reading):
+    one, other = put(cache, "one.json"), put(cache, "other.json")
+    reading(one)
+    values = yaml.safe_load((ROOT / "workflows" / "config" / "ci.yaml").read_text())["slam"]
+    values["methods"] |= {"mine": {"kind": "selector", "method": "reading", "settings": {"table": str(other)}}}
+    told = config(slam=values)
+    assert files_read_exploring(told, "mine") == (other,)
+    assert files_read_exploring(told, "nearest") == ()
+
+
+def test_a_back_end_reads_the_weights_of_its_network(cache):
+    weights = put(cache, "mast3r/model.safetensors")
+    told = config(coverage={"sfm": {"back_end": "mast3r", "weights": str(cache / "mast3r")}})
+    assert files_read_by_back_end(told) == (weights,)
+    assert files_read_by_back_end(config()) == ()
+
+
+def test_a_named_file_that_cannot_be_watched_is_one_line(cache, reading):
+    reading(put(cache, "{v2}/one.json"))
+    with pytest.raises(UserError, match="the workflow cannot take its name"):
+        check_named_files(config(methods=["reading", "random"]))
 
 
 def test_a_method_without_weights_gets_none(cache):

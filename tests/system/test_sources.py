@@ -175,3 +175,17 @@ def test_relative_imports_are_followed(tmp_path, monkeypatch):
     (tmp_path / "avs" / "other.py").write_text("x = 1")
     monkeypatch.setattr(code_inputs, "ROOT", tmp_path)
     assert sources("avs.selectors.rel") == ["avs/other.py", "avs/selectors/helper.py", "avs/selectors/rel.py"]
+
+
+def test_links_to_folders_are_followed_in_packages_and_beside_methods(tmp_path, monkeypatch):
+    (tmp_path / "real").mkdir()
+    (tmp_path / "real" / "weights.bin").write_text("")
+    package = tmp_path / "linking_package"
+    package.mkdir()
+    (package / "__init__.py").write_text("")
+    (package / "model").symlink_to(tmp_path / "real")
+    (package / "all").symlink_to(tmp_path)  # leads back to what holds it
+    monkeypatch.syspath_prepend(tmp_path)
+    inside = [str(package / "__init__.py"), str(package / "model" / "weights.bin")]
+    assert sources("linking_package") == inside
+    assert with_contents([str(package)]) == inside

@@ -54,6 +54,12 @@ def agnostic_code(wildcards):
     return sources("avs.nvs.experiment", kinds.find(kind).module, method)
 
 
+def agnostic_downloads(wildcards):
+    """Return the published weights on this machine, and files that settings name, that such an episode reads."""
+    changed = on_representation(settings, wildcards.representation)
+    return list(map(str, files_read(changed, wildcards.method, evaluated=True)))
+
+
 def agnostic_tables(wildcards):
     """Return the tables of all data sets; none where the configuration names no representations."""
     return expand(f"{RESULTS}/tables/agnostic_{{dataset}}.csv", dataset=AGNOSTIC)
@@ -88,7 +94,7 @@ use rule episode as agnostic_episode with:
     input:
         scene=SCENE,
         weights=method_weights,
-        downloads=downloads,
+        downloads=agnostic_downloads,
         views=[],
         followed=[],
         kernels=KERNELS,

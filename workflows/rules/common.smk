@@ -11,7 +11,12 @@ from avs.config.configuration import load
 from avs.config.configuration_files import check_files, check_options
 from avs.config.jobs import settings_of
 from avs.config.lost_data_sets import without_lost
-from avs.config.method_weights import Made, absent_methods, weights_of
+from avs.config.method_weights import (
+    Made,
+    absent_methods,
+    check_named_files,
+    weights_of,
+)
 from avs.config.other_representations import kinds_of_run
 from avs.datasets import reader_registry
 from avs.representations import kinds
@@ -43,6 +48,7 @@ try:
         check_options(sys.argv, workflow.config_settings.config)
     check_files(workflow.configfiles)
     settings, LOST = without_lost(load(config, PROGRAMS))
+    check_named_files(settings)
 except UserError as error:
     sys.exit(f"error: {error}")
 

@@ -31,7 +31,8 @@ def views_of(method):
 
 
 def inputs_of(*program):
-    """Return the input of that rule: the scene, the settings, and the files of the program, the one to start first.
+    """Return the input of that rule: the scene, the settings, the files of the program, the one to start first, and those
+    that its settings name.
 
     Of a folder all files in it count.
     """
@@ -40,6 +41,7 @@ def inputs_of(*program):
         "scene": SCENE,
         "settings": settings_file,
         "program": with_contents(program),
+        "named": method_files,
     }
 
 
@@ -85,8 +87,13 @@ def method_weights(wildcards):
     return weights_of_method(wildcards.method)
 
 
+def method_files(wildcards):
+    """Return the published weights on this machine, and files that settings name, that a method reads."""
+    return list(map(str, files_read(settings, wildcards.method, evaluated=False)))
+
+
 def downloads(wildcards):
-    """Return the published weights on this machine that an episode reads, those of LPIPS too."""
+    """Return those that an episode reads: the published weights of LPIPS, too."""
     return list(map(str, files_read(settings, wildcards.method, evaluated=True)))
 
 
@@ -173,7 +180,7 @@ def weights_by_method(methods):
 
 
 def downloads_of(methods):
-    """Return the published weights on this machine that methods read to score."""
+    """Return those that methods read to score."""
     found = [files_read(settings, method, evaluated=False) for method in methods]
     return sorted({str(path) for files in found for path in files})
 

@@ -1,6 +1,6 @@
 # The time of a selection: one job for each method, alone on the machine, on one reconstruction that all methods share.
 
-from avs.config.method_weights import choosing_elsewhere, files_read
+from avs.config.method_weights import choosing_elsewhere
 from avs.config.scenes import timed_scene
 
 RUNTIME = f"{RESULTS}/runtime/{{dataset}}/{{scene}}"
@@ -29,11 +29,6 @@ def timing_code(wildcards):
     """Return the source files of a method and of its timing."""
     method = registry.find(wildcards.method).module
     return sources("avs.nvs.timing", REPRESENTATION.module, method)
-
-
-def timing_downloads(wildcards):
-    """Return the published weights on this machine that a method reads."""
-    return list(map(str, files_read(settings, wildcards.method, evaluated=False)))
 
 
 def timed_episodes(wildcards):
@@ -73,7 +68,7 @@ rule runtime:
         scene=SCENE,
         state=f"{RUNTIME}/state.safetensors",
         weights=method_weights,
-        downloads=timing_downloads,
+        downloads=method_files,
         kernels=KERNELS,
         settings=f"{RESULTS}/settings/runtime/{{method}}.json",
         code=timing_code,

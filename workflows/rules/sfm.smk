@@ -2,6 +2,7 @@
 # its views, and one job per episode, which holds the cloud of its views against it.
 
 from avs.config.jobs import coverage_lacking
+from avs.config.method_weights import files_read_by_back_end
 from avs.config.scenes import scene_named
 from avs.report.published import COVERAGE_NAME
 from avs.sfm.back_end_registry import find as find_back_end
@@ -43,6 +44,10 @@ def back_end_code(*modules):
         return []
     back_end = find_back_end(settings.coverage.sfm.back_end)
     return sources(*modules, back_end.module)
+
+
+# What the back end reads on this machine, such as the weights of its network.
+BACK_END_FILES = list(map(str, files_read_by_back_end(settings)))
 
 
 def coverages(path, dataset, scenes=None, methods=None, seeds=None):
@@ -131,6 +136,7 @@ rule coverage_reference:
     input:
         scene=SCENE,
         kernels=COMPILED,
+        weights=BACK_END_FILES,
         settings=f"{RESULTS}/settings/coverage_reference.json",
         code=back_end_code("avs.coverage.reference_cloud"),
     output:
@@ -161,6 +167,7 @@ rule coverage:
         reference=f"{REFERENCE}/reference.json",
         clouds=[f"{REFERENCE}/reference.ply", f"{REFERENCE}/surface.ply"],
         kernels=COMPILED,
+        weights=BACK_END_FILES,
         settings=f"{RESULTS}/settings/coverage.json",
         code=back_end_code("avs.coverage.episode_coverage"),
     output:

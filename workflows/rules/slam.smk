@@ -1,5 +1,6 @@
 # Active SLAM: one exploration per building, method and seed.
 
+from avs.config.method_weights import files_read_exploring
 from avs.config.paper_tables import FOLDER
 from avs.config.slam_config import explorers
 from avs.config.slam_jobs import absent_buildings, absent_explorers, explored
@@ -59,6 +60,11 @@ def explorer(method):
 def exploration_weights(wildcards):
     method = explorer(wildcards.method)
     return [] if method is None else weights_of_method(method)
+
+
+def exploration_downloads(wildcards):
+    """Return the published weights on this machine, and files that settings name, that a method of Task A reads."""
+    return list(map(str, files_read_exploring(settings, wildcards.method)))
 
 
 def exploration_code(wildcards):
@@ -152,6 +158,7 @@ rule exploration:
         mesh=building_file,
         beside=building_side_files,
         weights=exploration_weights,
+        downloads=exploration_downloads,
         kernels=KERNELS,
         settings=f"{RESULTS}/settings/exploration/{{building}}/{{method}}.json",
         code=exploration_code,
