@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from avs.config.configuration import scorer_of
 from avs.config.run_config import Config
-from avs.config.slam_config import explorers
+from avs.config.slam_config import explorers, untrained
 from avs.iqa.cross_reference.backbone_weights import absent_weights
 from avs.iqa.cross_reference.published_weights import published_weights
 from avs.iqa.cross_reference.scorer_settings import PUBLISHED
@@ -23,6 +23,11 @@ _FITTED: dict[str, Literal["niqe_fit", "statistics_fit"]] = {"niqe": "niqe_fit",
 
 _NO_TRAINING_SCENES = Reason(
     cause="fitted to training scenes, of which the run has none", remedy="name some in the section distortions"
+)
+
+
+_NOT_INSTALLED = Reason(
+    cause="its package is not installed here, so that nothing is known of its records", remedy="install it again"
 )
 
 
@@ -156,15 +161,28 @@ def scoring_methods(config: Config, dataset: str) -> tuple[str, ...]:
 def _why_not(config: Config, identifier: str) -> Reason | None:
     """Return why one method cannot run, or None."""
     if is_program(identifier):
-        return None
+        return _NOT_INSTALLED if config.was_installed(identifier) else None
     other = followed(identifier)
     if other is not None:
         reason = _why_not(config, other)
         return None if reason is None else Reason(cause=f"{other}: {reason.cause}", remedy=reason.remedy)
     settings = registry.create_settings(identifier, config.selectors.get(identifier, {}))
-    answer = weights_of(config, identifier)
     misfit = registry.why_not(identifier, settings, config.representation.kind)
-    return misfit or (answer.reason if isinstance(answer, Absent) else None)
+    return misfit or lacking_weights(config, identifier)
+
+
+def lacking_weights(config: Config, identifier: str) -> Reason | None:
+    """Return why a method has no weights, or None; what a run had when it was planned counts as being here still."""
+    answer = None if config.had_weights(identifier) else weights_of(config, identifier)
+    return answer.reason if isinstance(answer, Absent) else None
+
+
+def with_weights_at_hand(config: Config) -> tuple[str, ...]:
+    """Return the methods of a run, those that choose paths too, that lack no weights here."""
+    able = explorers(config.slam).keys() - untrained(config.slam, config.scorers)
+    choosing_paths = (told.method for name, told in explorers(config.slam).items() if name in able)
+    methods = dict.fromkeys((*config.methods, *choosing_paths))
+    return tuple(method for method in methods if lacking_weights(config, method) is None)
 
 
 def choosing_elsewhere(config: Config) -> dict[str, Reason]:

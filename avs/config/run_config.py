@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import functools
 import operator
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, PrivateAttr, field_validator, model_validator
 
 from avs.config.agnostic_settings import AgnosticSettings
 from avs.config.distortion_config import DistortionConfig
@@ -40,6 +41,9 @@ else:
 
 class Config(StrictModel):
     """All settings of a run."""
+
+    _weights_at_hand: frozenset[str] = PrivateAttr(default=frozenset())
+    _programs: frozenset[str] | None = PrivateAttr(default=None)
 
     scale: str = Field(pattern=r"^[a-z0-9_]+$", description="name of the results folder, such as ci, small or paper")
     device: Literal["cpu", "cuda"] = Field(default="cpu", description="where reconstructions and networks run")
@@ -166,6 +170,24 @@ class Config(StrictModel):
             if dataset.published is not None and dataset.published not in PRINTED_NAMES:
                 raise ValueError(f"datasets.{name}.published must be one of {', '.join(PRINTED_NAMES)}")
         return self
+
+    def planned_with(self, weights_at_hand: Iterable[str], programs: Iterable[str] | None) -> Self:
+        """Return this configuration of a run that had the weights of some methods, and others that were programs.
+
+        It is looked at later, or elsewhere, where weights may be absent and methods not installed.
+        """
+        told = self.model_copy()
+        told._weights_at_hand = frozenset(weights_at_hand)
+        told._programs = None if programs is None else frozenset(programs)
+        return told
+
+    def had_weights(self, method: str) -> bool:
+        """Whether a method had its weights when the run was planned; False if nothing is known of a plan."""
+        return method in self._weights_at_hand
+
+    def was_installed(self, method: str) -> bool:
+        """Whether a method was no program of its own when the run was planned; False if nothing is known of a plan."""
+        return self._programs is not None and method not in self._programs
 
     @property
     def evaluated(self) -> tuple[str, ...]:

@@ -25,6 +25,12 @@ class RunPlan(StrictModel):
     config: Config = Field(
         description="the checked configuration, as JSON in a text, where its entries keep their order"
     )
+    weights_at_hand: tuple[str, ...] = Field(
+        default=(), description="methods that needed no weights, had theirs, or had them made by the run"
+    )
+    programs: tuple[str, ...] | None = Field(
+        default=None, description="methods that are programs of their own; null: not known"
+    )
     scenes: dict[str, tuple[str, ...]] = Field(description="scenes of each data set, those for scorers included")
     timed: tuple[str, str] | None = Field(description="data set and scene on which selections are timed, or null")
     studied: dict[str, tuple[str, ...]] = Field(
@@ -73,4 +79,4 @@ def read_plan(results: Path) -> RunPlan:
     if results.resolve() != Path(plan.results).resolve():
         fault = f"is of a run whose results are in {plan.results}, below the folder of the workflow"
         raise UserError(written, fault, f"run this where {results} is that folder, or give it back that name")
-    return plan
+    return plan.model_copy(update={"config": plan.config.planned_with(plan.weights_at_hand, plan.programs)})

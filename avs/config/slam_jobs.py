@@ -6,7 +6,7 @@ import functools
 from collections.abc import Callable
 from pathlib import Path
 
-from avs.config.method_weights import Absent, weights_of
+from avs.config.method_weights import lacking_weights
 from avs.config.run_config import Config
 from avs.config.slam_config import (
     BuildingJob,
@@ -48,8 +48,8 @@ def absent_explorers(config: Config) -> dict[str, Reason]:
     """Return why each method of Task A that is to explore cannot run here, by the identifier that it has there."""
     lacking = untrained(config.slam, config.scorers)
     able = {name: told for name, told in explorers(config.slam).items() if name not in lacking}
-    answers = {name: weights_of(config, told.method) for name, told in able.items()}
-    return lacking | {name: answer.reason for name, answer in answers.items() if isinstance(answer, Absent)}
+    answers = {name: lacking_weights(config, told.method) for name, told in able.items()}
+    return lacking | {name: reason for name, reason in answers.items() if reason is not None}
 
 
 def absent_buildings(config: Config) -> dict[str, Reason]:

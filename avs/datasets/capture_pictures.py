@@ -18,6 +18,8 @@ from avs.scene.images import BLACK, Header, Pixels, is_translucent, open_rgb, re
 from avs.system.errors import UserError
 
 _KEPT_SUFFIXES = {"JPEG": {".jpg", ".jpeg"}, "PNG": {".png"}}
+_SAME_AREA = 1.25
+"""Ratio of areas up to which pictures count as of one size."""
 _FILTERS = {"pil": Image.Resampling.BICUBIC, "area": Image.Resampling.BOX}
 
 
@@ -124,6 +126,7 @@ def picture_notes(
     if unregistered > 0:
         notes.append(f"{unregistered} of {len(present)} images are left out: the model does not register them")
     red, green, blue = settings.background or BLACK
+    unturned = [picture for picture in pictures if picture.header.orientation != picture.orientation]
     for done, count in {
         "undistorted": sum(pinhole(picture.camera) is None for picture in pictures),
         f"composited on the background ({red:g}, {green:g}, {blue:g}), since they have transparency": sum(
@@ -132,7 +135,11 @@ def picture_notes(
         "read with their first frame or page alone": sum(picture.header.frames for picture in pictures),
         "read as sRGB, though they have another colour profile": sum(picture.header.profile for picture in pictures),
         "read as they are stored, not as their EXIF orientation says, since so they fit their cameras": sum(
-            picture.header.orientation != picture.orientation for picture in pictures
+            not _fits_both_ways(picture) for picture in unturned
+        ),
+        "read as they are stored, as structure from motion does, though their EXIF orientation says otherwise and they "
+        "would fit their cameras both ways: if the model was made of turned copies, give those": sum(
+            map(_fits_both_ways, unturned)
         ),
         "read as they are stored, since their EXIF orientation makes no sense": sum(
             picture.header.odd for picture in pictures
@@ -141,7 +148,21 @@ def picture_notes(
         if count:
             which = "all images" if count == len(pictures) else f"{count} of {len(pictures)} images"
             notes.append(f"{which} are {done}")
-    return notes
+    return [*notes, *_note_of_sizes(pictures)]
+
+
+def _note_of_sizes(pictures: Sequence[Picture]) -> list[str]:
+    """Tell of pictures of different areas, which decide where a score is a sum over pixels."""
+    (low, small), *_, (high, large) = sorted((picture.size[0] * picture.size[1], picture.size) for picture in pictures)
+    if high <= _SAME_AREA * low:
+        return []
+    sizes = " to ".join(f"{width} x {height}" for width, height in (small, large))
+    return [f"pictures have {sizes} pixels: methods whose score is a sum over pixels or rays prefer the large ones"]
+
+
+def _fits_both_ways(picture: Picture) -> bool:
+    """Whether an image with an EXIF orientation has the shape of its camera as it is stored and turned by it, too."""
+    return picture.header.orientation < 5 or _fits(picture.header.size[::-1], picture.camera)
 
 
 def _plan(root: Path, cameras: Path, camera: ModelCamera, image: ModelImage, settings: CaptureSettings) -> Picture:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -86,7 +87,7 @@ def time_method(
         captured=len(session.captured),
         candidates=len(session.candidates),
         chosen=chosen,
-        image_size=tuple(scene.cameras[session.candidates].sizes.max(axis=0).tolist()),
+        image_sizes=sorted(set(map(tuple, scene.cameras[session.candidates].sizes.tolist())), key=math.prod),
         selections=selections,
         peak_memory_bytes=provenance.peak_memory(settings.device),
         device=settings.device,

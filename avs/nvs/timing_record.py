@@ -20,7 +20,7 @@ class SelectionTimes(StrictModel):
 class Runtime(StrictModel):
     """Selection times of one method on one scene."""
 
-    schema_version: Literal[2] = 2
+    schema_version: Literal[3] = 3
     scene: str
     scene_hash: str = Field(description="content hash of the scene")
     method: str = Field(description="identifier, such as fisherrf")
@@ -34,7 +34,9 @@ class Runtime(StrictModel):
     captured: int = Field(description="number of captured views")
     candidates: int = Field(description="number of candidates, all of which are scored unless the method samples them")
     chosen: int = Field(description="number of views that one selection chooses")
-    image_size: tuple[int, int] = Field(description="largest width and height of a candidate, pixels")
+    image_sizes: list[tuple[int, int]] = Field(
+        min_length=1, description="width and height of the candidates in pixels, each once, in ascending order of area"
+    )
     selections: list[SelectionTimes] = Field(min_length=1)
     peak_memory_bytes: int = Field(
         description="peak resident memory of the process, libraries included; on CUDA the allocator's peak since the "

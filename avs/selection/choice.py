@@ -47,7 +47,7 @@ def select_views(method: Method, selector: Selector, state: State, k: int) -> Se
 
 
 def notes_of(method: Method, selector: object) -> list[str]:
-    """Return the notes of a selector, if it has any.
+    """Return the notes of a selector, if it has any, each with the name of the method before it where it lacks one.
 
     Raises:
         TypeError: they are no sequence of text.
@@ -57,7 +57,7 @@ def notes_of(method: Method, selector: object) -> list[str]:
     notes = selector.notes
     if not isinstance(notes, tuple | list) or not all(isinstance(note, str) for note in notes):
         raise TypeError(f"{method.label} has notes that are no tuple of texts: {notes!r}")
-    return list(notes)
+    return [note if method.label in note else f"{method.label}: {note}" for note in notes]
 
 
 def _selected(method: Method, selector: Selector, state: State, k: int) -> Selection:

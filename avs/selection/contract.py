@@ -246,6 +246,8 @@ class Method:
         assesses_images: whether its selector has ``quality``, the score ``[n]`` of images ``[n, height, width, 3]`` by
             themselves, so that renderings of held-out scenes can be scored, too.
         proposed: whether the paper proposes it, so that tables and figures set it off from the others.
+        scene_units: whether its scores depend on the unit of length. A scene's extent has five of those units; the map
+            of an exploration is in metres, so that such a method cannot choose its paths.
         follows: identifier of the method whose views it captures, in their order, from the episode of the same scene
             and seed; ``following`` makes such a method. None for a method that chooses.
     """
@@ -265,6 +267,7 @@ class Method:
     measures: TruthName | None = None
     assesses_images: bool = False
     proposed: bool = False
+    scene_units: bool = False
     follows: str | None = None
 
     def selector(self, settings: Settings, resources: Resources) -> Selector:

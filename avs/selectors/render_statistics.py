@@ -88,5 +88,6 @@ METHODS = {
         build=_build,
         settings=StatisticsSettings,
         fallback="statistics",
+        scene_units=True,
     )
 }

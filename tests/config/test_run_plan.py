@@ -6,6 +6,7 @@ import pytest
 import yaml
 
 from avs.config.configuration import load
+from avs.config.method_weights import absent_methods
 from avs.config.run_plan import PLAN_NAME, RunPlan, read_plan
 from avs.system.errors import UserError
 from avs.system.records import write_record
@@ -36,15 +37,28 @@ def plan(tmp_path, monkeypatch):
 
 def test_entries_keep_the_order_of_the_configuration_which_is_that_of_rows(plan):
     read = read_plan(Path("results/ci"))
-    assert read == plan
+    assert read.model_dump() == plan.model_dump()
     assert list(plan.config.datasets) != sorted(plan.config.datasets)
     assert list(read.config.datasets) == list(plan.config.datasets) == list(read.scenes)
     assert list(read.studied) == ["walkthrough", "handheld"]
     assert list(read.config.slam.methods) == list(plan.config.slam.methods) != sorted(plan.config.slam.methods)
 
 
+def test_what_a_run_had_is_known_where_it_is_looked_at_without(plan, monkeypatch, tmp_path):
+    had = plan.model_copy(update={"weights_at_hand": ("niqe", "musiq"), "programs": ("mine",)})
+    write_record(Path("results/ci") / PLAN_NAME, had)
+    monkeypatch.setenv("AVS_WEIGHTS", str(tmp_path / "empty"))
+    config = read_plan(Path("results/ci")).config
+    assert "musiq" not in absent_methods(config)
+    assert "maniqa" in absent_methods(config)
+    installed = config.model_copy(update={"methods": ("random", "mine", "gone")})
+    assert absent_methods(installed)["gone"].cause.startswith("its package is not installed here")
+    assert "mine" not in absent_methods(installed)
+    assert "gone" not in absent_methods(plan.config.model_copy(update={"methods": ("random", "gone")}))
+
+
 def test_a_folder_that_was_renamed_is_not_read_as_the_one_that_it_was(plan, tmp_path):
-    assert read_plan(tmp_path / "results" / "ci") == plan
+    assert read_plan(tmp_path / "results" / "ci").model_dump() == plan.model_dump()
     Path("results/ci").rename("results/monday")
     with pytest.raises(
         UserError, match=r"of a run whose results are in results/ci.*; run this where results/monday is"

@@ -87,6 +87,7 @@ def test_the_defaults_are_the_released_constants():
         ({"methods": {"x": {"kind": "selector", "method": "activenerf"}}}, "learned_variance"),
         ({"methods": {"x": {"kind": "selector", "method": "oracle-ssim"}}}, "hidden photographs"),
         ({"methods": {"x": {"kind": "selector", "method": "activenerf-views"}}}, "another method's views"),
+        ({"methods": {"x": {"kind": "selector", "method": "statistics"}}}, "measures in metres"),
         ({"methods": {"x": {"kind": "selector", "method": "random", "settings": {"reshufle": True}}}}, "reshufle"),
         ({"robot": {"motion": {"turn": 180}}}, "turn"),
     ],

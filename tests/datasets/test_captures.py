@@ -164,6 +164,29 @@ def test_an_orientation_that_makes_no_sense_is_ignored_and_a_note_tells(tmp_path
     assert scene.notes == ("all images are read as they are stored, since their EXIF orientation makes no sense",)
 
 
+def test_an_orientation_that_shape_cannot_decide_is_told_of(tmp_path):
+    make_capture(tmp_path / "capture")
+    before = prepared(tmp_path)
+    for path in (tmp_path / "capture" / "images").iterdir():
+        exif = Image.Exif()
+        exif[0x0112] = 3  # upside down
+        Image.open(path).save(path, exif=exif)
+    scene = prepared(tmp_path)
+    assert scene.hashes == before.hashes
+    (note,) = scene.notes
+    assert note.startswith("all images are read as they are stored, as structure from motion does, though")
+    assert note.endswith("they would fit their cameras both ways: if the model was made of turned copies, give those")
+
+
+def test_pictures_of_several_sizes_are_told_of(tmp_path):
+    make_capture(tmp_path / "capture")
+    path = tmp_path / "capture" / "images" / "image 3.png"
+    Image.open(path).resize((80, 60), Image.Resampling.BOX).save(path)
+    scene = prepared(tmp_path, CaptureSettings(long_side=None))
+    (note,) = scene.notes
+    assert note.startswith("pictures have 80 x 60 to 160 x 120 pixels: methods whose score is a sum over pixels")
+
+
 def test_a_tiff_with_an_orientation_is_read_as_it_is_stored(tmp_path):
     """Pillow turns such files by itself."""
     names = [f"{index}.tif" for index in range(9)]

@@ -196,7 +196,7 @@ def test_notes_of_the_method_are_recorded(scene):
     selector = Last()
     selector.notes = ("fitted anew",)
     episode, _, _, _ = run(plan(scene, selector))
-    assert episode.notes == ["fitted anew", NOTHING_SEEN]
+    assert episode.notes == ["Last: fitted anew", NOTHING_SEEN]
 
 
 def test_the_record_is_the_same_for_the_same_seed(scene):

@@ -57,6 +57,13 @@ def test_values_by_hand(episode, table):
     assert "NVIDIA 4090" in latex
 
 
+def test_candidates_of_several_sizes_are_told_from_the_smallest_to_the_largest(episode, table):
+    _, markdown, _ = table(
+        [make_record(image_sizes=[(90, 160), (160, 95), (200, 100)])], [episode("fisherrf")], ["fisherrf"]
+    )
+    assert "44 candidates of 90x160 to 200x100 pixels" in markdown
+
+
 def test_a_psnr_of_fewer_seeds_has_no_mark_and_the_times_beside_it_have(episode, table):
     episodes = [episode("fisherrf", seed=seed, psnr=(20.0,)) for seed in (0, 1)]
     episodes.append(episode("fisherrf4", seed=0, psnr=(30.0,)))

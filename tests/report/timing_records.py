@@ -18,7 +18,7 @@ def make_record(method="fisherrf", total=(0.4, 0.1, 0.3), render=0.0, **changes)
         "captured": 12,
         "candidates": 44,
         "chosen": 1,
-        "image_size": (192, 108),
+        "image_sizes": [(192, 108)],
         "selections": [
             SelectionTimes(render_seconds=render, score_seconds=each - render, total_seconds=each) for each in total
         ],

@@ -1,5 +1,6 @@
 # Tables, from records and nothing else.
 
+from avs.config.method_weights import with_weights_at_hand
 from avs.config.run_plan import PLAN_NAME, RunPlan
 from avs.system.records import write_record
 
@@ -51,6 +52,8 @@ def write_plan():
     plan = RunPlan(
         results=RESULTS,
         config=settings,
+        weights_at_hand=with_weights_at_hand(settings),
+        programs=tuple(PROGRAMS),
         scenes={dataset: tuple(scenes) for dataset, scenes in LISTED.items()},
         timed=TIMED_SCENE if settings.runtime is not None and TIMED else None,
         studied={dataset: tuple(scenes) for dataset, scenes in STUDIED.items()},

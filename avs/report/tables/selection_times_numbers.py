@@ -31,7 +31,7 @@ COLUMNS = (
 
 
 # What must agree, so that times can be compared.
-_SHARED = ("scene_hash", "seed", "captured", "candidates", "iteration", "image_size", "device", "machine", "threads")
+_SHARED = ("scene_hash", "seed", "captured", "candidates", "iteration", "image_sizes", "device", "machine", "threads")
 
 ELSEWHERE = Reason(
     cause="computed on the processor, not on the GPU",

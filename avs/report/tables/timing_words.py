@@ -73,12 +73,13 @@ def untimed_methods(episodes: Episodes, untimed: int) -> list[str]:
 def timing_caption(records: Sequence[Runtime]) -> list[str]:
     """Return where and how times were measured."""
     first = records[0]
-    width, height = first.image_size
+    ends = dict.fromkeys((first.image_sizes[0], first.image_sizes[-1]))
+    sizes = " to ".join(f"{width}x{height}" for width, height in ends)
     where = first.machine.get("gpu") or f"{first.machine['processor']}, one process with {first.threads} thread(s)"
     repeats = max(len(record.selections) for record in records)
     return [
         f"Selection times on the scene {first.scene}: {first.captured} captured views, {first.candidates} candidates "
-        f"of {width}x{height} pixels, after {first.iteration} iterations; {where}.",
+        f"of {sizes} pixels, after {first.iteration} iterations; {where}.",
         f"Median of up to {count(repeats, 'selection')} after a warm-up; {_meanwhile(records)}. PSNR: end of the "
         "episodes on this scene, mean over seeds.",
     ]

@@ -20,6 +20,8 @@ def why_not_exploring(method: Method, needs: tuple[str, ...]) -> str | None:
         return f"needs the capability {', '.join(absent)}, which the map of an exploration lacks"
     if method.oracle:
         return "looks at hidden photographs, which an exploration has not"
+    if method.scene_units:
+        return "takes lengths for parts of a scene's extent, which an exploration measures in metres"
     if method.follows is not None:
         return "captures another method's views and chooses none"
     return None
