@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import fcntl
 import os
+import subprocess
+import sys
 import tempfile
 import time
 from contextlib import suppress
@@ -16,6 +18,7 @@ VARIABLE = "AVS_DEVICES"
 
 _VISIBLE = "CUDA_VISIBLE_DEVICES"
 _LOOK_EVERY = 0.5
+_NO_GPU = ("device cuda", "torch finds no GPU here", "set device: cpu, or run where there is one")
 # The lock of the device that this process has: it is given back when the process ends, however it ends.
 _taken: list[int] = []
 
@@ -37,7 +40,16 @@ def take_device(device: str) -> None:
     import torch
 
     if not torch.cuda.is_available():
-        raise UserError("device cuda", "torch finds no GPU here", "set device: cpu, or run where there is one")
+        raise UserError(*_NO_GPU)
+
+
+def why_no_device(device: str) -> str | None:
+    """Return why this machine cannot compute on ``device``, or None; in another process, which loads torch."""
+    if device != "cuda":
+        return None
+    look = "import sys, torch; sys.exit(0 if torch.cuda.is_available() else 3)"
+    found = subprocess.run([sys.executable, "-c", look], capture_output=True, check=False)
+    return None if found.returncode == 0 else str(UserError(*_NO_GPU))
 
 
 def _names(listed: str) -> list[str]:

@@ -8,6 +8,7 @@ import sys
 import time
 
 import pytest
+import torch
 import yaml
 from factories import small_scene
 
@@ -259,3 +260,12 @@ def test_results_are_not_taken_unseen(copied, option):
     result = run(copied, "-j1", option, "tables")
     assert result.returncode == 1
     assert f"{option}: would take results for current that are damaged" in result.stdout + result.stderr
+
+
+@pytest.mark.skipif(torch.cuda.is_available(), reason="there is a GPU")
+def test_without_a_gpu_nothing_is_removed_for_a_run_on_one(copied):
+    before = {path: path.read_bytes() for path in (copied / RESULTS).rglob("*") if path.is_file()}
+    result = run(copied, "-j1", "tables", "--config", "device=cuda")
+    assert result.returncode == 1
+    assert "device cuda: torch finds no GPU here; set device: cpu" in result.stdout + result.stderr
+    assert {path: path.read_bytes() for path in (copied / RESULTS).rglob("*") if path.is_file()} == before

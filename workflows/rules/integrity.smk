@@ -8,6 +8,7 @@ from snakemake.jobs import Job
 from snakemake.persistence import PersistenceBase
 from snakemake.utils import format as filled_in
 
+from avs.system.devices import why_no_device
 from avs.system.job_command import digest_of_line
 from avs.system.ledger import find_damage, origin_of
 from avs.system.loaded_sources import write_sources
@@ -158,12 +159,19 @@ def lift_rate_limit(scheduling):
 
 
 def refusing(check, look):
-    """Return ``DAG.check_incomplete`` which looks first, and refuses to run without: old results would pass for current ones."""
+    """Return ``DAG.check_incomplete`` which looks first, and refuses to run without: old results would pass for current ones.
+
+    It refuses to run on a device that is not here, too: each job's first act is to remove what an earlier run has made.
+    """
 
     async def check_incomplete(self):
         lift_rate_limit(self.workflow.scheduling_settings)
-        await look(self)
         runs = self.workflow.execution_settings is not None
+        if runs and self.workflow.local_exec and not self.workflow.dryrun:
+            reason = why_no_device(settings.device)
+            if reason is not None:
+                raise WorkflowError(reason)
+        await look(self)
         given = {
             "--ignore-incomplete": self.ignore_incomplete,
             "--touch": runs and self.workflow.touch,
