@@ -1,6 +1,7 @@
 # Active novel view synthesis: one episode per data set, scene, method and seed; and one record per data set, scene and
 # seed of the states at which all methods score the same candidates.
 
+import functools
 import shlex
 
 from avs.config.method_weights import files_read, followed, scoring_methods
@@ -87,14 +88,23 @@ def method_weights(wildcards):
     return weights_of_method(wildcards.method)
 
 
+@functools.cache  # for thousands of episodes of a few methods
+def read_by(method, evaluated):
+    """Return the published weights on this machine, and files that settings name, that a method reads.
+
+    With ``evaluated``, those of LPIPS are among them.
+    """
+    return tuple(map(str, files_read(settings, method, evaluated=evaluated)))
+
+
 def method_files(wildcards):
-    """Return the published weights on this machine, and files that settings name, that a method reads."""
-    return list(map(str, files_read(settings, wildcards.method, evaluated=False)))
+    """Return what a method reads to choose."""
+    return list(read_by(wildcards.method, False))
 
 
 def downloads(wildcards):
-    """Return those that an episode reads: the published weights of LPIPS, too."""
-    return list(map(str, files_read(settings, wildcards.method, evaluated=True)))
+    """Return what an episode reads, too."""
+    return list(read_by(wildcards.method, True))
 
 
 def weights_option(wildcards, input):
@@ -181,8 +191,7 @@ def weights_by_method(methods):
 
 def downloads_of(methods):
     """Return those that methods read to score."""
-    found = [files_read(settings, method, evaluated=False) for method in methods]
-    return sorted({str(path) for files in found for path in files})
+    return sorted({path for method in methods for path in read_by(method, False)})
 
 
 def weights_options(methods):
