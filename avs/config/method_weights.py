@@ -179,8 +179,8 @@ def lacking_weights(config: Config, identifier: str) -> Reason | None:
 
 def with_weights_at_hand(config: Config) -> tuple[str, ...]:
     """Return the methods of a run, those that choose paths too, that lack no weights here."""
-    able = explorers(config.slam).keys() - untrained(config.slam, config.scorers)
-    choosing_paths = (told.method for name, told in explorers(config.slam).items() if name in able)
+    unable = untrained(config.slam, config.scorers)
+    choosing_paths = (told.method for name, told in explorers(config.slam).items() if name not in unable)
     methods = dict.fromkeys((*config.methods, *choosing_paths))
     return tuple(method for method in methods if lacking_weights(config, method) is None)
 

@@ -55,9 +55,8 @@ def agnostic_code(wildcards):
 
 
 def agnostic_downloads(wildcards):
-    """Return the published weights on this machine, and files that settings name, that such an episode reads."""
-    changed = on_representation(settings, wildcards.representation)
-    return list(map(str, files_read(changed, wildcards.method, evaluated=True)))
+    """Return what such an episode reads on this machine."""
+    return list(read_by(wildcards.method, True, wildcards.representation))
 
 
 def agnostic_tables(wildcards):

@@ -5,6 +5,7 @@ import functools
 import shlex
 
 from avs.config.method_weights import files_read, followed, scoring_methods
+from avs.config.other_representations import on_representation
 from avs.nvs.picture_settings import PICTURES
 
 
@@ -89,12 +90,14 @@ def method_weights(wildcards):
 
 
 @functools.cache  # for thousands of episodes of a few methods
-def read_by(method, evaluated):
+def read_by(method, evaluated, representation=None):
     """Return the published weights on this machine, and files that settings name, that a method reads.
 
-    With ``evaluated``, those of LPIPS are among them.
+    With ``evaluated``, those of LPIPS are among them. ``representation``: another than the run's, by its name in the
+    section `agnostic`.
     """
-    return tuple(map(str, files_read(settings, method, evaluated=evaluated)))
+    told = on_representation(settings, representation) if representation else settings
+    return tuple(map(str, files_read(told, method, evaluated=evaluated)))
 
 
 def method_files(wildcards):
