@@ -75,7 +75,7 @@ def with_contents(paths: Iterable[str]) -> list[str]:
 
 
 def _inside(folder: Path) -> list[Path]:
-    return sorted(path for path in walk_files(folder) if counts(path.relative_to(folder).parts))
+    return sorted(path for path in walk_files(folder, strict=False) if counts(path.relative_to(folder).parts))
 
 
 def sources_of_inputs(results: str) -> Callable[[object, Iterable[str]], list[str]]:

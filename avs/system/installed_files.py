@@ -63,7 +63,7 @@ def _of_package(module: str) -> Iterator[Path]:
             origin, folder = Path(spec.origin), Path(spec.origin).parent
             inside = [origin]
             if spec.submodule_search_locations is not None:
-                inside = list(walk_files(folder))
+                inside = list(walk_files(folder, strict=False))
             elif folder not in _SITE:  # a link to the folder of somebody's project: no list of its data is known
                 inside = [path for path in folder.iterdir() if path == origin or path.suffix != ".py"]
             yield from (path for path in inside if counts(path.relative_to(folder).parts))

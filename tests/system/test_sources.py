@@ -185,6 +185,7 @@ def test_links_to_folders_are_followed_in_packages_and_beside_methods(tmp_path, 
     (package / "__init__.py").write_text("")
     (package / "model").symlink_to(tmp_path / "real")
     (package / "all").symlink_to(tmp_path)  # leads back to what holds it
+    (package / "itself").symlink_to("itself")
     monkeypatch.syspath_prepend(tmp_path)
     inside = [str(package / "__init__.py"), str(package / "model" / "weights.bin")]
     assert sources("linking_package") == inside
