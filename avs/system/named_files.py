@@ -42,7 +42,7 @@ def _files_of(told: str | os.PathLike[str]) -> Iterator[Path]:
     if path is None or (path.is_dir() and isinstance(told, str) and os.sep not in told and not told.startswith("~")):
         return
     with explained():
-        if path.is_dir() and len(list(islice(walk_files(path, strict=False), MOST + 1))) > MOST:
+        if path.is_dir() and len(list(islice(walk_files(path), MOST + 1))) > MOST:
             fault = f"is named in the configuration and holds more than {MOST} files, too many to watch for changes"
             raise UserError(path, fault, "name a file in it, or a smaller folder")
         found = with_contents([str(path)])
