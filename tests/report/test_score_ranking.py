@@ -184,8 +184,11 @@ def test_a_mean_of_fewer_states_is_not_ranked(table):
 
 def test_a_scene_without_any_order_says_why(table):
     equal = [5.0, 5.0, 5.0, 5.0]
-    rows, _, _ = table([make_states([state()], [scored("random", equal)])], ["random"])
-    assert rows["random", "psnr", "spearman"]["note"] == "attic, seed 0: all values are equal"
+    attic = make_states([state()], [scored("random", equal)])
+    rows, _, _ = table([attic, make_states([state()], [scored("random", ONE)], "cellar")], ["random"])
+    assert rows["random", "psnr", "spearman"]["note"] == "attic with seed 0: all values are equal"
+    rows, _, _ = table([attic, make_states([state()], [scored("random", equal)], "cellar")], ["random"])
+    assert rows["random", "psnr", "spearman"]["note"] == "all values are equal"
 
 
 def test_a_failure_is_the_reason_of_its_row_alone(table):

@@ -147,17 +147,26 @@ def averaged(states: Sequence[StateCorrelation]) -> Ranking:
     for each in states:
         if each.correlation.value is not None:
             cells[each.cell].append(each.correlation.value)
-    for (scene, seed), values in cells.items():
-        if not values:
-            reasons = {each.correlation.reason for each in states if each.cell == (scene, seed)}
-            cause = f"{scene}, seed {seed}: {', '.join(sorted(filter(None, reasons)))}"
-            return Ranking(states=states, missing=Reason(cause=cause))
+    empty = [cell for cell, values in cells.items() if not values]
+    if empty:
+        return Ranking(states=states, missing=Reason(cause=_undefined(states, empty, len(empty) == len(cells))))
     every = [value for values in cells.values() for value in values]
     scenes: dict[str, list[float]] = {}
     for (scene, _), values in cells.items():
         scenes.setdefault(scene, []).append(float(np.mean(values)))
     interval = interval_over_scenes(list(scenes.values()))
     return Ranking(float(np.mean([np.mean(values) for values in scenes.values()])), spread_of(every), interval, states)
+
+
+def _undefined(states: Sequence[StateCorrelation], empty: Sequence[Cell], everywhere: bool) -> str:
+    """Say why the correlation is undefined at all states of the cells ``empty``: once for those of equal reasons."""
+    places: dict[str, list[str]] = {}
+    for scene, seed in empty:
+        reasons = {each.correlation.reason for each in states if each.cell == (scene, seed)}
+        places.setdefault(", ".join(sorted(filter(None, reasons))), []).append(f"{scene} with seed {seed}")
+    if everywhere and len(places) == 1:
+        return next(iter(places))
+    return "; ".join(f"{', '.join(cells)}: {reason}" for reason, cells in places.items())
 
 
 def measured_by(method: str) -> TruthName | None:
