@@ -70,7 +70,7 @@ include: "workflows/rules/integrity.smk"
 onstart:
     set_outdated_aside()
     write_plan()
-    write_sources(Path(CODE))
+    write_sources(Path(CODE), code_of_methods())
 
 
 onsuccess:

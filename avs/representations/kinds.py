@@ -17,6 +17,7 @@ from avs.scene.scene import Scene
 from avs.system.errors import UserError
 from avs.system.models import first_fault
 from avs.system.named_settings import NamedSettings
+from avs.system.opened_files import expect_code_of_others
 from avs.system.plugin_modules import import_each
 
 PACKAGE = "avs.representations"
@@ -37,6 +38,7 @@ def broken() -> dict[str, str]:
 
 @functools.cache
 def _found() -> tuple[Mapping[str, Kind], dict[str, str]]:
+    expect_code_of_others()
     package = importlib.import_module(PACKAGE)
     names = sorted(module.name for module in pkgutil.iter_modules(package.__path__) if module.ispkg)
     modules, faults = import_each(f"{PACKAGE}.{name}" for name in names)

@@ -19,6 +19,7 @@ from avs.representations.capabilities import CAPABILITIES
 from avs.selection.contract import Direction, Method, Settings
 from avs.system.errors import UserError
 from avs.system.models import first_fault
+from avs.system.opened_files import expect_code_of_others
 from avs.system.plugin_modules import import_each
 from avs.system.reasons import Reason
 
@@ -54,6 +55,7 @@ def broken() -> dict[str, str]:
 
 @functools.cache
 def _found() -> tuple[dict[str, Registered], dict[str, str]]:
+    expect_code_of_others()
     package = importlib.import_module(PACKAGE)
     own = sorted(f"{PACKAGE}.{module.name}" for module in pkgutil.iter_modules(package.__path__))
     plugins = sorted(point.value for point in importlib.metadata.entry_points(group=PACKAGE))

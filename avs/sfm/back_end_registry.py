@@ -19,6 +19,7 @@ from avs.sfm.reconstruction import BackEnd, BackEndSettings, Reconstruct, Recons
 from avs.system.errors import UserError
 from avs.system.models import first_fault
 from avs.system.named_settings import NamedSettings
+from avs.system.opened_files import expect_code_of_others
 from avs.system.plugin_modules import import_each
 from avs.system.reasons import Reason
 
@@ -41,6 +42,7 @@ def broken() -> dict[str, str]:
 
 @functools.cache
 def _found() -> tuple[Mapping[str, BackEnd], dict[str, str]]:
+    expect_code_of_others()
     package = importlib.import_module(PACKAGE)
     modules, faults = import_each(f"{PACKAGE}.{name}" for name in _names_in(package.__path__))
     defined = {name.rpartition(".")[2]: getattr(module, "BACK_END", None) for name, module in modules.items()}

@@ -27,9 +27,9 @@ def sources(*modules: str) -> list[str]:
     name them.
 
     Args:
-        modules: dotted names, such as ``avs.nvs.loop``; files beside one that are no modules, such as its data, are
-            returned too. Of one outside this project, its package and what was installed with it are returned, without
-            what they import.
+        modules: dotted names, such as ``avs.nvs.loop``. Files beside these and beside what they import that are no
+            modules, such as data, are returned too. Of one outside this project, its package and what was installed
+            with it are returned, without what they import.
 
     Returns:
         Paths relative to the project's root, or absolute ones outside of it, sorted.
@@ -46,7 +46,8 @@ def _sources(modules: frozenset[str]) -> tuple[str, ...]:
         if path not in found:
             found.add(path)
             waiting.extend(_imported(path))
-    data = {path for module in modules for file in _files(module)[-1:] for path in _beside(file.parent)}
+    # The project's own folder holds more than data of code, as its results.
+    data = {path for folder in {file.parent for file in found} - {ROOT} for path in _beside(folder)}
     installed = {
         str(path) for module in modules if module.partition(".")[0] not in PACKAGES for path in installed_files(module)
     }
@@ -69,7 +70,7 @@ def stamp(paths: Iterable[str]) -> str:
 def with_contents(paths: Iterable[str]) -> list[str]:
     """Return paths of files, in place of a folder those of all files in it, which a change of one can be seen by.
 
-    Links to folders are followed. Hidden files and what Python compiles are left out.
+    Links to folders are followed. What Python compiles and what tools keep for themselves, as ``.git``, is left out.
     """
     return [str(path) for each in map(Path, paths) for path in (_inside(each) if each.is_dir() else [each])]
 
@@ -131,11 +132,7 @@ def _statements(tree: ast.AST) -> Iterator[ast.AST]:
     waiting = [tree]
     while waiting:
         for _, value in ast.iter_fields(waiting.pop()):
-            if (
-                isinstance(value, list)
-                and value
-                and isinstance(value[0], (ast.stmt, ast.excepthandler, ast.match_case))
-            ):
+            if isinstance(value, list) and value and isinstance(value[0], _HOLDS_STATEMENTS):
                 yield from value
                 waiting.extend(value)
 
@@ -149,13 +146,17 @@ def _beside(folder: Path) -> tuple[Path, ...]:
     return tuple(path for path in found if path.suffix != ".py" and counts(path.relative_to(folder).parts))
 
 
-def _files(module: str) -> list[Path]:
-    """Return the file of ``module``, if it is one of this project's, and those of the packages that hold it."""
+@functools.cache
+def _files(module: str) -> tuple[Path, ...]:
+    """Return the file of ``module``, if it is in this project's folder, and those of the packages that hold it.
+
+    Jobs run in that folder, so that they find a module beside the Snakefile, too, before any installed one.
+    """
     parts = module.split(".")
-    if parts[0] not in PACKAGES:
-        return []
+    if not all(parts):  # an import relative to no package
+        return ()
     found = []
     for depth in range(1, len(parts) + 1):
         base = ROOT.joinpath(*parts[:depth])
         found += [path for path in (base / "__init__.py", base.with_suffix(".py")) if path.is_file()]
-    return found
+    return tuple(found)

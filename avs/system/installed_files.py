@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import importlib.metadata
 import importlib.util
+import os
 import sysconfig
 from collections.abc import Iterator
 from importlib.machinery import ModuleSpec
@@ -12,7 +13,13 @@ from pathlib import Path
 
 from avs.system.file_walk import walk_files
 
-_LEFT_OUT = ("__pycache__", ".pyc", ".dist-info", ".egg-info")
+_LEFT_OUT = ("__pycache__", ".pyc", ".dist-info", ".egg-info", ".swp", ".swo", "~")
+"""How names end of what is compiled, tells of a package, or is an editor's."""
+_OF_TOOLS = (
+    *(".DS_Store", ".cache", ".directory", ".git", ".hg", ".idea", ".ipynb_checkpoints", ".mypy_cache", ".nox"),
+    *(".pytest_cache", ".ruff_cache", ".snakemake", ".svn", ".tox", ".venv", ".vscode"),
+)
+"""Hidden files and folders that programs keep for themselves; all others are somebody's."""
 _SITE = frozenset(Path(sysconfig.get_path(name)) for name in ("purelib", "platlib"))
 _BRACES = frozenset("{}")  # Snakemake takes what stands in them for a wildcard
 
@@ -30,15 +37,17 @@ def installed_files(module: str) -> tuple[Path, ...]:
     """
     found = set(_of_package(module))
     for distribution in _distributions(module.partition(".")[0]):
-        found.update(Path(str(path.locate())) for path in distribution.files or () if counts(path.parts))
+        # What is installed beside the packages, as data in share/, is listed from there, with two dots for a folder up.
+        listed = (Path(os.path.normpath(str(path.locate()))) for path in distribution.files or () if counts(path.parts))
+        found.update(listed)
         for name in (distribution.read_text("top_level.txt") or "").split():
             found.update(_of_package(name))
     return tuple(sorted(path for path in found if not _BRACES & set(str(path)) and path.is_file()))
 
 
 def counts(parts: tuple[str, ...]) -> bool:
-    """Return whether a file counts, by its path in a folder: not what is hidden, compiled, or tells of a package."""
-    return not any(part.endswith(_LEFT_OUT) or part.startswith(".") for part in parts)
+    """Return whether a file counts, by its path in a folder: not what is compiled, or what tools keep there."""
+    return not any(part.endswith(_LEFT_OUT) or part in _OF_TOOLS or part.startswith((".#", ".nfs")) for part in parts)
 
 
 def _distributions(package: str) -> Iterator[importlib.metadata.Distribution]:

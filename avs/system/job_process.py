@@ -11,6 +11,7 @@ import stat
 import sys
 import traceback
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import NoReturn
 
@@ -20,6 +21,7 @@ from avs.system.files import touched
 from avs.system.job_command import command_digest
 from avs.system.ledger import Origin, write_ledger
 from avs.system.loaded_sources import check_loaded
+from avs.system.opened_files import read_beside, watch_opened
 
 _PR_SET_PDEATHSIG = 1
 
@@ -57,8 +59,17 @@ def remember_sources(stamp: str | None, read: Iterable[str], planned_with: Path 
     """
     _origins[:] = []
     if stamp is not None:
+        watch_opened()
         _origins.append(Origin(f"{stamp} {command_digest(words)}", {path: digest(path) or ABSENT for path in read}))
     _planned_with[:] = [] if planned_with is None else [planned_with]
+
+
+def _with_opened(origin: Origin, written: Sequence[Path]) -> Origin:
+    """Return where a job's results come from, with the files that it has read beside those it was told of."""
+    known = [*map(Path, origin.read), *written]
+    here = Path.cwd()
+    paths = (path.relative_to(here) if path.is_relative_to(here) else path for path in read_beside(known))
+    return replace(origin, opened={str(path): digest(str(path)) or ABSENT for path in paths})
 
 
 class Console:
@@ -108,7 +119,8 @@ def job(log: Path | None) -> Iterator[Console]:
         for listed in _planned_with:
             check_loaded(listed)
         if log is not None:
-            write_ledger(log, touched()[earlier:], *_origins)
+            written = touched()[earlier:]
+            write_ledger(log, written, *(_with_opened(origin, written) for origin in _origins))
     except BaseException as error:
         console.close()
         _end(error, aside)

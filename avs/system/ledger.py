@@ -18,6 +18,7 @@ from avs.system.files import SMALL, atomic_path, file_hash
 SUFFIX = ".sha256"
 _MADE_OF = "# made of "
 _READ = "# read "
+_OPENED = "# opened "
 
 
 @dataclass(frozen=True)
@@ -43,10 +44,12 @@ class Origin:
         stamp: tells of what it read and no job makes: the ``stamp`` of ``avs.system.code_inputs``; a program's command,
             or the digest of a command of the suite, stands behind it.
         read: hash of each file that it read and another job makes, by path.
+        opened: hash of each file that it was found to have read beside those, by path.
     """
 
     stamp: str
     read: Mapping[str, str] = field(default_factory=dict)
+    opened: Mapping[str, str] = field(default_factory=dict)
 
     def differs(self, stamp: str, read: Iterable[str]) -> bool:
         """Return whether a job with this stamp, which reads these files as they are now, would be another one.
@@ -56,8 +59,9 @@ class Origin:
         return self.stamp != stamp or set(self.read) != set(read) or self.is_outdated()
 
     def is_outdated(self) -> bool:
-        """Return whether a file that was read is there and holds something else now."""
-        return any(digest(path) not in (told, None) for path, told in self.read.items())
+        """Return whether a file that was read holds something else now; one that no job makes may not be gone."""
+        read = any(digest(path) not in (told, None) for path, told in self.read.items())
+        return read or any(digest(path) != told for path, told in self.opened.items())
 
 
 def ledger_of(log: Path) -> Path:
@@ -85,7 +89,8 @@ def _head(origin: Origin | None) -> str:
     if origin is None:
         return ""
     read = (f"{_READ}{told}  {path}\n" for path, told in origin.read.items())
-    return "".join((f"{_MADE_OF}{origin.stamp}\n", *read))
+    opened = (f"{_OPENED}{told}  {path}\n" for path, told in origin.opened.items())
+    return "".join((f"{_MADE_OF}{origin.stamp}\n", *read, *opened))
 
 
 def origin_of(log: Path) -> Origin | None:
@@ -96,8 +101,13 @@ def origin_of(log: Path) -> Origin | None:
         return None
     if not lines or not lines[0].startswith(_MADE_OF):
         return None
-    told = (line.removeprefix(_READ).partition("  ") for line in lines if line.startswith(_READ))
-    return Origin(lines[0].removeprefix(_MADE_OF).strip(), {path: hashed for hashed, _, path in told})
+    return Origin(lines[0].removeprefix(_MADE_OF).strip(), _hashes(lines, _READ), _hashes(lines, _OPENED))
+
+
+def _hashes(lines: Iterable[str], beginning: str) -> dict[str, str]:
+    """Return the hashes in those lines of a list that begin so, by path."""
+    told = (line.removeprefix(beginning).partition("  ") for line in lines if line.startswith(beginning))
+    return {path: hashed for hashed, _, path in told}
 
 
 def has_ended(log: Path) -> bool:

@@ -2,28 +2,35 @@
 
 from __future__ import annotations
 
-import sys
 import time
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 from pathlib import Path
 
 from avs.system.checksums import checksum_lines, read_checksums
-from avs.system.code_inputs import PACKAGES, ROOT
+from avs.system.code_inputs import ABSENT, PACKAGES, ROOT, digest
 from avs.system.errors import UserError
-from avs.system.files import atomic_path, file_hash
+from avs.system.files import atomic_path
+from avs.system.opened_files import loaded, opened
 
 _STARTED = time.time()
 
 
-def write_sources(target: Path) -> None:
-    """List this project's code with its hashes, as ``sha256sum`` does: what a run plans with."""
-    paths = sorted(path.relative_to(ROOT) for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
+def write_sources(target: Path, others: Iterable[str] = ()) -> None:
+    """List this project's code with its hashes, as ``sha256sum`` does: what a run plans with.
+
+    Args:
+        target: the list.
+        others: paths of files elsewhere that methods are made of, as ``avs.system.code_inputs.sources`` returns them.
+    """
+    own = sorted(path.relative_to(ROOT) for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
+    elsewhere = sorted(set(others).difference(map(str, own)))
+    lines = [checksum_lines(own, ROOT), *(f"{digest(path) or ABSENT:64}  {path}\n" for path in elsewhere)]
     with atomic_path(target, listed=False) as temporary:
-        temporary.write_text(checksum_lines(paths, ROOT), encoding="utf-8")
+        temporary.write_text("".join(lines), encoding="utf-8", errors="surrogateescape")
 
 
 def check_loaded(listed: Path) -> None:
-    """Compare the modules of this project that are loaded with what ``write_sources`` listed when the run began.
+    """Compare what this process has loaded and opened with what ``write_sources`` listed when the run began.
 
     The stamp of a job's sources is taken when the run is planned, and jobs read the code later. A file that changed in
     between and was put back before the next run would leave results of other code that pass for current ones.
@@ -33,13 +40,19 @@ def check_loaded(listed: Path) -> None:
         OSError: the list cannot be read.
     """
     told = read_checksums(listed)
-    for path in _loaded():
-        name = path.relative_to(ROOT).as_posix()
-        if told.get(name) != file_hash(path) or path.stat().st_mtime > _STARTED:
+    for path in _loaded(told):
+        name = _name(path)
+        if told.get(name) != digest(str(path)) or path.stat().st_mtime > _STARTED:
             raise UserError(path, "changed while the run went on, so that nothing of this job is kept", "run again")
 
 
-def _loaded() -> Iterable[Path]:
-    files = (getattr(module, "__file__", None) for module in list(sys.modules.values()))
-    paths = sorted({Path(file).resolve() for file in files if file and file.endswith(".py")})
-    return [path for path in paths if any(path.is_relative_to(ROOT / package) for package in PACKAGES)]
+def _name(path: Path) -> str:
+    """Return the path of a file as lists have it: from this project's folder, where it is in there."""
+    return path.relative_to(ROOT).as_posix() if path.is_relative_to(ROOT) else str(path)
+
+
+def _loaded(told: Container[str]) -> Iterable[Path]:
+    """Return the modules of this project that are loaded, and what else is listed and was loaded or opened."""
+    own = {path.resolve() for path in loaded() if path.suffix == ".py"}
+    others = {path for path in loaded() | opened() if _name(path) in told and path.is_file()}
+    return sorted(others.union(path for path in own if any(path.is_relative_to(ROOT / each) for each in PACKAGES)))

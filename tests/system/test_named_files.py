@@ -12,7 +12,7 @@ from avs.system.named_files import named_files
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """A folder with a file, a hidden one, and a link to another folder with a file; it is the current one."""
-    for name in ("model/a.bin", "model/.hidden", "elsewhere/b.bin"):
+    for name in ("model/a.bin", "model/.DS_Store", "elsewhere/b.bin"):
         path = tmp_path / name
         path.parent.mkdir(exist_ok=True)
         path.write_text(name)

@@ -75,29 +75,31 @@ def test_a_module_of_another_package_brings_the_files_of_that_package(tmp_path, 
 
 
 def test_a_distribution_of_several_modules_brings_them_all_and_a_package_its_data(tmp_path, monkeypatch):
-    told = tmp_path / "avs_turn-1.dist-info"
-    told.mkdir()
+    place = tmp_path / "lib"
+    told = place / "avs_turn-1.dist-info"
+    told.mkdir(parents=True)
     (told / "METADATA").write_text("Metadata-Version: 2.1\nName: avs_turn\nVersion: 1\n")
     (told / "top_level.txt").write_text("avs_turn\navs_turn_core\n")
-    names = ("avs_turn.py", "avs_turn_core.py", "avs_turn_tables/angles.json", "avs_turn_fast.abi3.so")
-    (tmp_path / "avs_turn_tables").mkdir()
+    shared = "../share/avs_turn/sign.txt"
+    names = ("avs_turn.py", "avs_turn_core.py", "avs_turn_tables/angles.json", "avs_turn_fast.abi3.so", shared)
     for name in names:
-        (tmp_path / name).touch()
+        (place / name).parent.mkdir(parents=True, exist_ok=True)
+        (place / name).touch()
     (told / "RECORD").write_text(
         "".join(f"{name},,\n" for name in (names[0], *names[2:], "avs_turn-1.dist-info/RECORD"))
     )
-    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.syspath_prepend(place)
     installed_files.cache_clear()
     _brought_by.cache_clear()
-    assert sources("avs_turn") == sorted(str(tmp_path / name) for name in names)
+    assert sources("avs_turn") == sorted(os.path.normpath(place / name) for name in names)
     _brought_by.cache_clear()
 
 
 def test_data_of_a_package_count_and_what_python_compiles_does_not(tmp_path, monkeypatch):
     package = tmp_path / ".local" / "turning_data"
     (package / "__pycache__").mkdir(parents=True)
-    names = ("__init__.py", "angles.json", "fast.so")
-    for name in (*names, "__pycache__/a.pyc", "{{name}}.txt", ".hidden"):
+    names = (".turns", "__init__.py", "angles.json", "fast.so")
+    for name in (*names, "__pycache__/a.pyc", "{{name}}.txt", ".DS_Store"):
         (package / name).touch()
     monkeypatch.syspath_prepend(tmp_path / ".local")
     assert sources("turning_data") == [str(package / name) for name in names]
@@ -110,27 +112,64 @@ def test_data_beside_a_method_count(tmp_path, monkeypatch):
     package.mkdir(parents=True)
     for name in ("tables/deep", "other_package", "__pycache__"):
         (package / name).mkdir(parents=True)
-    counted = ("__init__.py", "angles.json", "tables/deep/turns.json")
-    for name in (*counted, "other_package/__init__.py", "other_package/a.json", "__pycache__/a.pyc", "tables/.hidden"):
+    counted = ("__init__.py", "angles.json", "tables/.turns", "tables/deep/turns.json")
+    others = ("other_package/__init__.py", "other_package/a.json", "__pycache__/a.pyc", "tables/.DS_Store")
+    for name in (*counted, *others):
         (package / name).touch()
     monkeypatch.setattr(code_inputs, "ROOT", tmp_path)
     folder = "avs/selectors/turning"
+    forget_sources()
     assert sources("avs.selectors.turning") == [f"{folder}/{name}" for name in counted]
+    (package / "__init__.py").write_text("from avs.selectors.turning import other_package\n")
+    forget_sources()
+    assert sources("avs.selectors.turning") == [
+        f"{folder}/{name}" for name in (*counted[:2], "other_package/__init__.py", "other_package/a.json", *counted[2:])
+    ]
+    forget_sources()
+
+
+def test_a_module_beside_the_snakefile_counts(tmp_path, monkeypatch):
+    from avs.system import code_inputs
+
+    (tmp_path / "avs" / "selectors").mkdir(parents=True)
+    (tmp_path / "avs" / "selectors" / "rooted.py").write_text(
+        "import os\nimport rooted_helper\nfrom helpers import turn\n"
+    )
+    (tmp_path / "rooted_helper.py").write_text("from . import os\n")
+    (tmp_path / "helpers").mkdir()
+    for name in ("helpers/turn.py", "helpers/turn.json", "README.md"):
+        (tmp_path / name).touch()
+    monkeypatch.setattr(code_inputs, "ROOT", tmp_path)
+    forget_sources()
+    expected = ["avs/selectors/rooted.py", "helpers/turn.json", "helpers/turn.py", "rooted_helper.py"]
+    assert sources("avs.selectors.rooted") == expected
+    forget_sources()
+
+
+def forget_sources():
+    from avs.system import code_inputs
+
+    for each in (code_inputs._sources, code_inputs._files, code_inputs._imported, code_inputs._beside):
+        each.cache_clear()
 
 
 def test_data_beside_a_module_count_that_is_installed_as_a_link(tmp_path, monkeypatch):
-    for name in ("turning_link.py", "turn.json", "setup.py", ".hidden"):
+    counted = (".turns", "turn.json", "turning_link.py")
+    for name in (*counted, "setup.py", ".DS_Store"):
         (tmp_path / name).touch()
     monkeypatch.syspath_prepend(tmp_path)
-    assert sources("turning_link") == [str(tmp_path / "turn.json"), str(tmp_path / "turning_link.py")]
+    assert sources("turning_link") == [str(tmp_path / name) for name in counted]
 
 
 def test_a_folder_stands_for_its_files(tmp_path):
-    for name in ("main.py", "lib/order.py", "lib/deep/a.bin", "lib/.hidden", "lib/__pycache__/order.pyc"):
+    for name in (
+        *("main.py", "lib/order.py", "lib/deep/a.bin", "lib/.parameters.json"),
+        *("lib/.git/HEAD", "lib/.#order.py", "lib/order.py~", "lib/__pycache__/order.pyc"),
+    ):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).touch()
     given = [str(tmp_path / name) for name in ("main.py", "lib", "absent.py")]
-    expected = ("main.py", "lib/deep/a.bin", "lib/order.py", "absent.py")
+    expected = ("main.py", "lib/.parameters.json", "lib/deep/a.bin", "lib/order.py", "absent.py")
     assert with_contents(given) == [str(tmp_path / name) for name in expected]
 
 

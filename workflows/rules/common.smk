@@ -126,6 +126,12 @@ def asked_for(*targets):
     return list(dict.fromkeys(map(str, paths)))
 
 
+def code_of_methods():
+    """Return the files that the methods found here are made of, those that are installed and data beside them, too."""
+    modules = {each.module for each in registry.methods().values()}
+    return {path for module in modules for path in sources(module)}
+
+
 def compiling_modules():
     """Return the modules that compile the kernels of the kinds that the run has."""
     found = [kinds.find(name).compile for name in KINDS]
