@@ -254,12 +254,22 @@ def test_tables_of_what_is_there_leave_out_what_other_code_made(finished, tmp_pa
     assert "Random: no episode: it was made with other code or of other files than the last run had" in table
 
 
-@pytest.mark.parametrize("option", ["--ignore-incomplete", "--touch"])
-def test_results_are_not_taken_unseen(copied, option):
+@pytest.mark.parametrize("words", ["--ignore-incomplete", "--touch", "--allowed-rules nvs_table"])
+def test_results_are_not_taken_unseen(copied, words):
     (copied / EPISODE).unlink()
-    result = run(copied, "-j1", option, "tables")
+    option, *others = words.split()
+    result = run(copied, "-j1", "tables", option, *others)
     assert result.returncode == 1
     assert f"{option}: would take results for current that are damaged" in result.stdout + result.stderr
+
+
+def test_a_report_of_snakemake_shows_current_results_alone(copied):
+    (copied / EPISODE).unlink()
+    result = run(copied, "-j1", "tables", "--report", "report.zip")
+    assert result.returncode == 1
+    assert "--report: would show results that are not current, as " in result.stdout + result.stderr
+    assert EPISODE in result.stdout + result.stderr
+    assert not (copied / "report.zip").exists()
 
 
 @pytest.mark.skipif(torch.cuda.is_available(), reason="there is a GPU")

@@ -21,6 +21,7 @@ INDEX = Path(PAGE, "index.html")
 UNASKED = (
     {}
 )  # what readers see and this run does not make, with all files that it is made from
+REPORTED = []  # whether Snakemake's own report is asked for, which shows what is there
 OLD = set()  # those of them that would be made again if they were asked for
 
 
@@ -171,10 +172,10 @@ def refusing(check, look):
             reason = why_no_device(settings.device)
             if reason is not None:
                 raise WorkflowError(reason)
-        await look(self)
         given = {
             "--ignore-incomplete": self.ignore_incomplete,
             "--touch": runs and self.workflow.touch,
+            "--allowed-rules": self.workflow.dag_settings.allowed_rules,
         }
         for option in [
             option for option, is_given in given.items() if runs and is_given
@@ -182,6 +183,13 @@ def refusing(check, look):
             raise WorkflowError(
                 f"{option}: would take results for current that are damaged, unfinished or of other code; leave it out"
             )
+        if REPORTED:
+            old = sorted(map(str, await self.incomplete_files()))
+            if old:
+                raise WorkflowError(
+                    f"--report: would show results that are not current, as {old[0]}; run the same line without it first"
+                )
+        await look(self)
         await check(self)
 
     return check_incomplete
@@ -231,6 +239,14 @@ def check_results():
         if own and (OLD or outside or not Path(PLAN).exists()):
             told.add(min(own))
 
+    create_report = workflow.create_report
+
+    def noted(*arguments, **options):
+        """Create Snakemake's report, which looks at no job that is to run."""
+        REPORTED.append(True)
+        return create_report(*arguments, **options)
+
+    workflow.create_report = noted
     PersistenceBase.incomplete = incomplete_too
     DAG.check_incomplete = refusing(DAG.check_incomplete, look)
     return damage, outside
