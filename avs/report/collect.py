@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -93,8 +93,12 @@ def read_episodes(paths: Sequence[Path], methods: Sequence[str]) -> list[Episode
             raise UserError(path, "curve: holds no test metrics", "delete it and run again")
         places[key] = path
         datasets.setdefault(episode.dataset, {}).setdefault(episode.method, {})[episode.scene, episode.seed] = episode
+    common = {
+        name: _common_settings(each for cells in found.values() for each in cells.values())
+        for name, found in datasets.items()
+    }
     for (dataset, method, scene, seed), path in places.items():
-        _check_comparable(path, datasets[dataset][method][scene, seed], datasets[dataset])
+        _check_comparable(path, datasets[dataset][method][scene, seed], datasets[dataset], common[dataset])
     files = {name: {key[1:]: path for key, path in places.items() if key[0] == name} for name in datasets}
     return [
         Episodes(name, _ordered(datasets[name], methods), records=list(files[name].values()), places=files[name])
@@ -132,8 +136,9 @@ def image_mean(point: CurvePoint, metric: str) -> float | None:
 
 
 def common_protocol(episodes: Episodes) -> dict[str, Any]:
-    """Return the settings of the loop of a method that follows those of the run, or of any if none does."""
-    return min(episodes.all, key=lambda episode: len(episode.own)).protocol
+    """Return the settings of the loop of the run; one that every method has for itself is that of any of them."""
+    nearest = min(episodes.all, key=lambda episode: len(episode.own))
+    return {**nearest.protocol, **_common_settings(episodes.all)}
 
 
 def differing_settings(episodes: Episodes) -> dict[str, list[tuple[str, str, str | None]]]:
@@ -159,18 +164,36 @@ def _ordered(cells: dict[str, dict[Cell, Episode]], methods: Sequence[str]) -> d
     return {method: dict(sorted(cells[method].items())) for method in methods if method in cells}
 
 
-def _check_comparable(path: Path, episode: Episode, dataset: dict[str, dict[Cell, Episode]]) -> None:
-    """Compare with the first episode of the data set, and in what the scene decides with the first of its scene."""
+def _common_settings(episodes: Iterable[Episode]) -> dict[str, Any]:
+    """Return of each setting of the loop its first value that no method has for itself."""
+    found: dict[str, Any] = {}
+    for episode in episodes:
+        for key, value in episode.protocol.items():
+            if key not in episode.own:
+                found.setdefault(key, value)
+    return found
+
+
+def _check_comparable(
+    path: Path, episode: Episode, dataset: dict[str, dict[Cell, Episode]], common: Mapping[str, Any]
+) -> None:
+    """Compare with the first of the method, and in what the scene decides with the first of the scene.
+
+    Settings of the loop that the method has for itself are those of its other episodes, all others are ``common``: no
+    episode stands for all, because one that has a setting for itself could not tell of the others'.
+    """
     first = next(iter(next(iter(dataset.values())).values()))
-    same_method = next(iter(dataset.get(episode.method, {}).values()), episode)
+    same_method = next(iter(dataset[episode.method].values()))
     same_scene = next(
         other for cells in dataset.values() for (scene, _), other in cells.items() if scene == episode.scene
     )
-    apart = {*episode.own, *first.own}
-    shared = {key: value for key, value in episode.protocol.items() if key not in apart}
-    expected = {key: value for key, value in first.protocol.items() if key not in apart}
+    shared = {key: value for key, value in episode.protocol.items() if key not in episode.own}
+    expected = {key: value for key, value in common.items() if key not in episode.own}
     for name, own, other in (
         ("protocol", shared, expected),
+        ("protocol", episode.protocol, same_method.protocol),
+        ("own", sorted(episode.own), sorted(same_method.own)),
+        ("group", episode.group, same_method.group),
         ("representation", episode.representation, first.representation),
         ("selector", episode.selector, same_method.selector),
         ("weights_hash", episode.weights_hash, same_method.weights_hash),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -76,23 +76,43 @@ def read_explorations(paths: Sequence[Path]) -> Explorations:
     """Read ``exploration.json`` files, and ``exploration.meta.json`` beside each.
 
     Raises:
-        UserError: none is given; or one is missing, damaged, or was made with another mesh or other settings of the
-            robot than others of its building.
+        UserError: none is given; or one is missing, damaged, repeats another or cannot be compared with the others.
     """
     if not paths:
         raise UserError("explorations", "no record", "pass at least one exploration.json")
-    cells: dict[Place, ExplorationRecord] = {}
-    metas: dict[Place, ExplorationMeta] = {}
-    first: dict[str, tuple[Path, object]] = {}
+    records = {path: read_record(path, ExplorationRecord) for path in paths}
+    check_comparable(records)
+    found: dict[Place, Path] = {}
     for path in paths:
-        record = read_record(path, ExplorationRecord)
-        same = {key: value for key, value in record.settings.items() if key not in ("scorer", "start")}
-        told = (record.building_hash, same)
-        other, expected = first.setdefault(record.building, (path, told))
-        if told != expected:
-            fault = f"was made with another mesh or other settings of the robot than {other}"
-            raise UserError(path, fault, "run the jobs that make them again")
-        place = (record.building, record.method, record.seed)
-        cells[place] = record
-        metas[place] = read_record(path.with_name("exploration.meta.json"), ExplorationMeta)
-    return Explorations(cells, metas)
+        place = (records[path].building, records[path].method, records[path].seed)
+        if place in found:
+            raise UserError(path, f"repeats {found[place]}", "pass one record for each building, method and seed")
+        found[place] = path
+    metas = {
+        place: read_record(path.with_name("exploration.meta.json"), ExplorationMeta) for place, path in found.items()
+    }
+    return Explorations({place: records[path] for place, path in found.items()}, metas)
+
+
+def check_comparable(records: Mapping[Path, ExplorationRecord]) -> None:
+    """Refuse records that do not belong in one table or figure, in whatever order they come.
+
+    Args:
+        records: by the file that each was read from.
+
+    Raises:
+        UserError: one is of another mesh of its building, another robot than others, another start than others of its
+            building and seed, or other settings of what chooses the paths than others of its method.
+    """
+    first: dict[Hashable, tuple[Path, object]] = {}
+    for path, record in records.items():
+        robot = {key: value for key, value in record.settings.items() if key not in ("scorer", "start")}
+        for among, told, fault in (
+            ("robot", robot, "was made with other settings of the robot"),
+            (("mesh", record.building), record.building_hash, "was made with another mesh"),
+            (("start", record.building, record.seed), record.start, "started at another place"),
+            (("scorer", record.method), record.settings["scorer"], "chose its paths with other settings"),
+        ):
+            other, expected = first.setdefault(among, (path, told))
+            if told != expected:
+                raise UserError(path, f"{fault} than {other}", "run the jobs that make them again")

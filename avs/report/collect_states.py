@@ -68,8 +68,9 @@ def read_states(paths: Sequence[Path], dataset: str) -> StateRecords:
             raise UserError(path, f"repeats {places[cell]}", "pass one record for each scene and seed")
         places[cell], cells[cell] = path, record
     first = next(iter(cells.values()))
+    hashes: dict[str, str] = {}
     for cell, record in cells.items():
-        _check_comparable(places[cell], record, first)
+        _check_comparable(places[cell], record, first, hashes.setdefault(record.scene, record.scene_hash))
     return StateRecords(dataset, dict(sorted(cells.items())))
 
 
@@ -81,7 +82,7 @@ def _weights(record: CommonStates) -> dict[str, str | None]:
     return {scored.method: scored.weights_hash for scored in record.methods}
 
 
-def _check_comparable(path: Path, record: CommonStates, first: CommonStates) -> None:
+def _check_comparable(path: Path, record: CommonStates, first: CommonStates, scene_hash: str) -> None:
     settings = {scored.method: scored.selector for scored in record.methods}
     for name, own, other in (
         ("protocol", record.protocol, first.protocol),
@@ -89,6 +90,7 @@ def _check_comparable(path: Path, record: CommonStates, first: CommonStates) -> 
         ("common_states", record.settings, first.settings),
         ("the weights of methods", _weights(record), _weights(first)),
         ("the methods or their settings", settings, {scored.method: scored.selector for scored in first.methods}),
+        ("the versions of the scene", record.scene_hash, scene_hash),
     ):
         if own != other:
             fault = f"not comparable with other records of {record.dataset}, {name} differ"

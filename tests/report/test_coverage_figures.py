@@ -86,6 +86,15 @@ def test_maps_of_different_points_are_refused(sphere, covered, tmp_path):  # noq
         write_coverage_maps(sphere.folder, records, clouds, METHODS, tmp_path / "maps")
 
 
+@pytest.mark.parametrize("change", [{"seed": 7}, {"settings": {"voxel": 1.0}}, {"reference": {}}, {"method": "random"}])
+def test_maps_of_other_seeds_or_settings_are_refused(sphere, covered, tmp_path, change):  # noqa: F811
+    records, clouds = covered
+    write_record(records[1], read_record(records[1], Coverage).model_copy(update=change))
+    for step in (1, -1):
+        with pytest.raises(UserError, match="a second record of its method, or of another seed or other settings"):
+            write_coverage_maps(sphere.folder, records[::step], clouds[::step], METHODS, tmp_path / "maps")
+
+
 def test_a_reference_without_points_has_words_in_place_of_maps(sphere, covered, tmp_path):  # noqa: F811
     records, clouds = covered
     record = read_record(records[0], Coverage)

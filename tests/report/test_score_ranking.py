@@ -277,6 +277,7 @@ def test_equal_records_give_equal_bytes_in_any_order(written, tmp_path):
         ({"scene": "cellar", "protocol": {}}, "not comparable with other records of orbit, protocol differ"),
         ({"scene": "cellar", "settings": DEFAULT | {"views": [5]}}, "common_states differ"),
         ({"scene": "cellar", "methods": [scored("random", ONE, weights_hash="1")]}, "the weights of methods differ"),
+        ({"seed": 1, "scene_hash": "another"}, "the versions of the scene differ"),
     ],
 )
 def test_records_that_do_not_belong_together_are_refused(table, changes, fault):

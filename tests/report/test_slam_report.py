@@ -222,10 +222,35 @@ def test_buildings_are_groups_of_their_own(tmp_path):
     assert rows["house", "Nearest frontier"].cells[0].value == pytest.approx(80)
 
 
-@pytest.mark.parametrize("change", [{"digest": "b" * 64}, {"steps": 200}, {"camera": {"width": 64, "height": 48}}])
-def test_records_of_another_mesh_or_robot_are_refused(tmp_path, change):
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"digest": "b" * 64}, "was made with another mesh than"),
+        ({"steps": 200}, "was made with other settings of the robot than"),
+        ({"camera": {"width": 64, "height": 48}}, "was made with other settings of the robot than"),
+        ({"building": "house", "steps": 200}, "was made with other settings of the robot than"),
+        ({"start": (2, 1, 0, 0)}, "started at another place than"),
+    ],
+)
+def test_records_of_another_mesh_robot_or_start_are_refused(tmp_path, change, told):
     paths = [write(tmp_path), write(tmp_path, method="oracle", **change)]
-    with pytest.raises(UserError, match="another mesh or other settings"):
+    for order in (paths, paths[::-1]):
+        with pytest.raises(UserError, match=told):
+            read_explorations(order)
+
+
+@pytest.mark.parametrize("place", [{"seed": 1}, {"building": "house"}])
+def test_a_row_of_other_settings_of_what_chooses_is_refused(tmp_path, place):
+    first, other = {"kind": "selector", "method": "random"}, {"kind": "selector", "method": "farthest"}
+    paths = [write(tmp_path, method="oracle"), write(tmp_path, scorer=first), write(tmp_path, scorer=other, **place)]
+    for order in (paths, paths[::-1]):
+        with pytest.raises(UserError, match="chose its paths with other settings than"):
+            read_explorations(order)
+
+
+def test_a_second_record_of_one_exploration_is_refused(tmp_path):
+    paths = [write(tmp_path / "first"), write(tmp_path / "second")]
+    with pytest.raises(UserError, match=r"second/.*: repeats .*first/.*; pass one record for each"):
         read_explorations(paths)
 
 
@@ -258,6 +283,16 @@ def test_maps_are_drawn_and_equal(tmp_path):
         write_slam_maps([path], [maps], tmp_path / name)
     assert (tmp_path / "a.png").stat().st_size > 10_000
     assert (tmp_path / "a.pdf").read_bytes() == (tmp_path / "b.pdf").read_bytes()
+
+
+@pytest.mark.parametrize("change", [{"seed": 1}, {"building": "house"}, {"steps": 200}, {"start": (2, 1, 0, 0)}])
+def test_maps_of_what_does_not_belong_together_are_refused(tmp_path, change):
+    paths = [write(tmp_path), write(tmp_path, method="oracle", **change)]
+    maps = [path.with_name("maps.safetensors") for path in paths]
+    for path in maps:
+        write_tensors(path, {"trajectory": np.zeros((1, 4))}, MAPS_HEADER, {})
+    with pytest.raises(UserError, match=r"is of another building or seed|other settings of the robot|another place"):
+        write_slam_maps(paths, maps, tmp_path / "maps")
 
 
 def wanted(path, building, method, seed, **changes):

@@ -26,6 +26,7 @@ from avs.system.records import read_record
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+_SHARED = ("seed", "settings", "reference")
 _REMEDY = "run the job that makes it again"
 _LONG_SIDE = 480  # pixels of a map
 _WINDOW = 0.3  # edge of the magnified square, in shares of the map's height
@@ -68,7 +69,8 @@ def write_coverage_maps(
         out: path of the figure without suffix.
 
     Raises:
-        UserError: no record; or one is missing, damaged or of another scene.
+        UserError: no record; or one is missing, damaged, of another scene or seed, was measured with other settings,
+            or is the second of a method.
     """
     scene = read_scene(scene_folder)
     maps, cloud = _read(records, covered, scene.content_hash)
@@ -101,11 +103,15 @@ def _write(cloud: Cloud, pictures: tuple[_Picture, _Picture], window: _Window, m
 
 def _read(records: Sequence[Path], covered: Sequence[Path], scene_hash: str) -> tuple[dict[str, _Map], Cloud]:
     """Return the maps by identifier of the method, and the points that they share."""
-    maps, cloud = {}, None
+    maps: dict[str, _Map] = {}
+    cloud: Cloud | None = None
     for path, points in zip(records, covered, strict=True):
         record = read_record(path, Coverage)
         if record.scene_hash != scene_hash:
             raise UserError(path, "is of another version of the scene", _REMEDY)
+        first = next(iter(maps.values())).record if maps else record
+        if record.method in maps or any(getattr(record, name) != getattr(first, name) for name in _SHARED):
+            raise UserError(path, "is a second record of its method, or of another seed or other settings", _REMEDY)
         found, fields = read_cloud(points, _REMEDY)
         cloud = found if cloud is None else cloud
         if DISTANCE not in fields or not np.array_equal(found.positions, cloud.positions):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from avs.report.collect_explorations import printed_name, read_maps
+from avs.report.collect_explorations import check_comparable, printed_name, read_maps
 from avs.report.figures.figure_files import STYLE, save_figure
 from avs.report.formats.plain_text import one_line
 from avs.slam.evaluation.top_view import CEILING, CELL
@@ -54,7 +54,7 @@ def write_slam_maps(records: Sequence[Path], maps: Sequence[Path], out: Path) ->
         out: path of the figure without suffix.
 
     Raises:
-        UserError: no record; or one is missing or damaged.
+        UserError: no record; or one is missing, damaged, of another building or start, or not comparable.
     """
     import matplotlib as mpl
     from matplotlib.figure import Figure
@@ -62,6 +62,10 @@ def write_slam_maps(records: Sequence[Path], maps: Sequence[Path], out: Path) ->
     explored = [_read(path, arrays) for path, arrays in zip(records, maps, strict=True)]
     if not explored:
         raise UserError("maps of explorations", "no record", "pass at least one exploration.json")
+    check_comparable({path: one.record for path, one in zip(records, explored, strict=True)})
+    for path, one in zip(records, explored, strict=True):
+        if (one.record.building, one.record.seed) != (explored[0].record.building, explored[0].record.seed):
+            raise UserError(path, "is of another building or seed than others", "draw those of one together")
     low, high = _box(explored)
     with mpl.rc_context(STYLE):
         columns = min(len(explored) + 1, _COLUMNS)

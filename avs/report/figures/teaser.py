@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from avs.nvs.timing_record import Runtime
-from avs.report.collect import Episodes, read_episodes
+from avs.report.collect import Episodes
 from avs.report.figures.captions import sentences, told_of_machines, write_caption
 from avs.report.figures.figure_files import STYLE, draw_notice, save_figure
 from avs.report.figures.method_lines import called, group_colours
@@ -20,7 +20,7 @@ from avs.report.figures.point_labels import FloatArray, placed
 from avs.report.formats.plain_text import one_line
 from avs.report.methods import presented
 from avs.report.tables.selection_times_numbers import read_runtimes, summarise_runtime
-from avs.report.tables.timing_words import comparable, load_notes
+from avs.report.tables.timing_words import comparable, episodes_of_scene, load_notes
 from avs.selection.contract import UNRANKED
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def write_teaser(records: Sequence[Path], episodes: Sequence[Path], methods: Seq
         UserError: a record is missing, damaged, or not comparable with the others.
     """
     times = read_runtimes(records)
-    (collected,) = read_episodes(episodes, methods)
+    collected = episodes_of_scene(episodes, methods, times)
     points = points_of(times, collected, methods)
     if not points:
         write_caption(out, _NOTHING)
