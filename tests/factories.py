@@ -77,12 +77,12 @@ class MeanColor:
 
     def __init__(self):
         self.primitives = 1
-        self.iterations = 0
+        self.iteration = 0
         self.fits = []
         self._mean = 0.0
 
     def fit(self, views, iterations):
-        self.iterations += iterations
+        self.iteration += iterations
         self.fits.append((len(views), iterations))
         self._mean = float(np.mean([image.mean() for image in views.images])) / 255
 

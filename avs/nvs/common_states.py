@@ -27,7 +27,7 @@ from avs.scene.scene import Scene, read_scene
 from avs.selection import registry
 from avs.selection.choice import notes_of, select_views
 from avs.selection.contract import Method, PreparesRepresentation, Resources, Selector, State
-from avs.selection.session import Builder, Session
+from avs.selection.session import Builder, Session, preparing
 from avs.selection.truth import gains, sample, true_metrics
 from avs.selection.untouched import untouched
 from avs.system.devices import take_device
@@ -134,7 +134,7 @@ class _States:
 
     def measure(self) -> list[CommonState]:
         """Fit the reconstruction, keep a checkpoint of each moment, and return the truth of its candidates."""
-        session, found = self._session(None), []
+        session, found = self._session(self._build()), []
         for moment in self._fitted(session):
             start = clock(self._settings.device)
             session.representation.save(self._checkpoint(moment))
@@ -188,17 +188,18 @@ class _States:
         changes the optimisation has one that was fitted its way, on the same views up to the same steps.
         """
         own_fit = isinstance(selector, PreparesRepresentation)
-        session = self._session(selector if own_fit else None)
+        session = self._session(preparing(self._build(), method, selector))
         protocol, together = self._settings.protocol, settings.views_together
         for number, moment in enumerate(self._fitted(session) if own_fit else self._loaded(session)):
             rng = np.random.default_rng(seed_of("common states", self.scene.name, settings.method, self._seed, number))
             yield session.state(rng, selection_number(protocol, moment.views, together), method.oracle)
 
-    def _session(self, selector: Selector | None) -> Session:
-        settings = self._settings
-        build: Builder = builder(self.scene, settings.representation, self._seed, settings.device)
-        initial = self.order[: settings.protocol.initial_views]
-        return Session(self.scene, build, initial, selector, settings.device, self._photographs)
+    def _build(self) -> Builder:
+        return builder(self.scene, self._settings.representation, self._seed, self._settings.device)
+
+    def _session(self, build: Builder) -> Session:
+        initial = self.order[: self._settings.protocol.initial_views]
+        return Session(self.scene, build, initial, self._settings.device, self._photographs)
 
     def _fitted(self, session: Session) -> Iterator[Moment]:
         """Fit along the schedule of an episode, and yield each moment when it is reached."""

@@ -19,8 +19,8 @@ from avs.representations.base import Representation, RepresentationSettings
 from avs.scene.cameras import IndexArray
 from avs.scene.scene import Scene, read_scene
 from avs.selection import registry
-from avs.selection.contract import OWN_SCHEDULE, UNRANKED, Method, PreparesRepresentation, Resources, Settings
-from avs.selection.session import Builder
+from avs.selection.contract import OWN_SCHEDULE, UNRANKED, Method, Resources, Settings
+from avs.selection.session import Builder, preparing
 from avs.system.devices import take_device
 from avs.system.errors import UserError
 from avs.system.files import file_hash
@@ -182,16 +182,7 @@ def _prepared(build: Builder, recorded: Episode, device: str) -> Builder:
     if method is None or method.scorer is not None or method.pretrained or method.follows is not None:
         return build
     settings = registry.create_settings(recorded.method, recorded.selector)
-    selector = method.selector(settings, Resources(device=device))
-    if not isinstance(selector, PreparesRepresentation):
-        return build
-
-    def make(captured: IndexArray) -> Representation:
-        representation = build(captured)
-        selector.prepare(representation)
-        return representation
-
-    return make
+    return preparing(build, method, method.selector(settings, Resources(device=device)))
 
 
 def _write(out: Path, outcome: Outcome) -> None:

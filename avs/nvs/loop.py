@@ -10,7 +10,7 @@ import numpy as np
 
 from avs.nvs.evaluation import Evaluator
 from avs.nvs.picture_settings import PictureSettings
-from avs.nvs.pictures import archive, chosen_files, final_files, final_rows, kept_pictures
+from avs.nvs.pictures import archive, chosen_files, final_files, final_rows, kept_pictures, predicted_maps
 from avs.nvs.protocol import ProtocolSettings
 from avs.nvs.record import CurvePoint, Episode, EpisodeMeta, KeptPictures, Step, StepTimes
 from avs.nvs.schedule import capped_budget, initial_captures
@@ -18,7 +18,7 @@ from avs.representations.base import Representation
 from avs.scene.scene import Scene
 from avs.selection.choice import notes_of
 from avs.selection.contract import Method, Selector, State
-from avs.selection.session import Builder, Session, timed_selection
+from avs.selection.session import Builder, Session, preparing, timed_selection
 from avs.system import provenance
 from avs.system.seeds import seed_of
 
@@ -138,7 +138,8 @@ class _Loop:
             end = f"the optimisation ends at iteration {plan.protocol.iterations}"
             self.notes.append(f"the schedule of the learning rates is for {scheduled} iterations, and {end}")
         initial = initial_captures(plan.scene, plan.protocol)
-        self.session = Session(plan.scene, plan.build, initial, plan.selector, plan.device)
+        build = preparing(plan.build, plan.method, plan.selector)
+        self.session = Session(plan.scene, build, initial, plan.device)
 
     def run(self) -> None:
         """Alternate between fitting and selecting, then fit to the end."""
@@ -205,8 +206,9 @@ class _Loop:
         self.fit_seconds = 0.0
         self.waiting = session.candidates[timed.selection.indices].tolist()
         if plan.pictures is not None and plan.pictures.choices:
-            rows, photographs = timed.selection.indices.tolist(), session.photographs(self.waiting)
-            self.pictures |= chosen_files(state, rows, photographs, plan.selector, step, plan.pictures)
+            maps = predicted_maps(plan.method, plan.selector, state, timed.selection.indices.tolist())
+            photographs = session.photographs(self.waiting)
+            self.pictures |= chosen_files(session.representation, photographs, maps, step, plan.pictures)
         self.report(timed.total_seconds)
 
     def capture(self) -> None:

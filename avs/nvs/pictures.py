@@ -11,7 +11,7 @@ from __future__ import annotations
 import hashlib
 import io
 import zipfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,8 @@ from avs.representations.base import FloatImages, Renderer
 from avs.scene.cameras import Cameras
 from avs.scene.even_places import evenly_spread
 from avs.scene.views import Views
-from avs.selection.contract import PredictsMaps, Selector, State
+from avs.selection.contract import Method, PredictsMaps, Selector, State
+from avs.selection.untouched import untouched
 from avs.system.errors import UserError
 from avs.system.files import atomic_path
 from metrics.image import ssim_map
@@ -54,30 +55,51 @@ def final_files(renderer: Renderer, cameras: Cameras, settings: PictureSettings)
     return {f"final_{place:03d}.jpg": _encoded(_rendered(renderer, cameras[[row]]), settings) for place, row in rows}
 
 
+def predicted_maps(
+    method: Method, selector: Selector, state: State, rows: Iterable[int]
+) -> list[npt.NDArray[np.float32]]:
+    """Return the maps that a method predicts of the views that it just chose; none where it predicts no maps.
+
+    Args:
+        method: its metadata.
+        selector: what ``method`` built.
+        state: what the method saw.
+        rows: of ``state.candidates`` that were chosen, in order of preference.
+
+    Raises:
+        UserError: the method changed what it was shown.
+        ValueError: the method's map is none.
+    """
+    if not isinstance(selector, PredictsMaps):
+        return []
+    with untouched(method.label, state):
+        return [_predicted(selector, state, row) for row in rows]
+
+
 def chosen_files(
-    state: State, rows: Iterable[int], photographs: Views, selector: Selector, step: int, settings: PictureSettings
+    renderer: Renderer,
+    photographs: Views,
+    maps: Sequence[npt.NDArray[np.float32]],
+    step: int,
+    settings: PictureSettings,
 ) -> dict[str, bytes]:
     """Return the pictures of the views that were just chosen.
 
     Args:
-        state: what the method saw.
-        rows: of ``state.candidates`` that were chosen, in order of preference.
-        photographs: theirs, in that order; no method sees them.
-        selector: the method.
+        renderer: the reconstruction that the method saw.
+        photographs: of the chosen views, in order of preference; no method sees them.
+        maps: that the method predicts of them, in that order; or none.
         step: number of the selection, from 0.
         settings: how they are kept.
-
-    Raises:
-        ValueError: the method's map is none.
     """
     files = {}
-    for place, row in enumerate(rows):
-        rendering = _rendered(state.representation, state.candidates[[row]])
+    for place, photograph in enumerate(photographs.images):
+        rendering = _rendered(renderer, photographs.cameras[[place]])
         name = f"choice_{step:02d}_{place}"
         files[f"{name}_rendering.jpg"] = _encoded(rendering, settings)
-        files[f"{name}_true.jpg"] = _encoded(ssim_map(rendering, photographs.images[place]), settings)
-        if isinstance(selector, PredictsMaps):
-            files[f"{name}_predicted.jpg"] = _encoded(_predicted(selector, state, row), settings)
+        files[f"{name}_true.jpg"] = _encoded(ssim_map(rendering, photograph), settings)
+    for place, predicted in enumerate(maps):
+        files[f"choice_{step:02d}_{place}_predicted.jpg"] = _encoded(predicted, settings)
     return files
 
 

@@ -19,7 +19,7 @@ from avs.scene.cameras import IndexArray
 from avs.scene.scene import Scene, read_scene
 from avs.selection import registry
 from avs.selection.contract import Method, PreparesRepresentation, Resources, Selector, State
-from avs.selection.session import Session, timed_selection
+from avs.selection.session import Builder, Session, preparing, timed_selection
 from avs.system import provenance
 from avs.system.devices import take_device
 from avs.system.machine_load import LoadMeter
@@ -37,7 +37,8 @@ def write_state(scene_folder: Path, settings: StateSettings, out: Path) -> None:
         UserError: the device is not there, or the scene is damaged or too small.
     """
     take_device(settings.device)
-    _fitted(read_scene(scene_folder), settings, None).representation.save(out)
+    scene = read_scene(scene_folder)
+    _fitted(scene, settings, _builder(scene, settings)).representation.save(out)
 
 
 def time_method(
@@ -65,7 +66,8 @@ def time_method(
     scene = read_scene(scene_folder)
     selector = method.selector(checked, Resources(weights, settings.device))
     own_fit = isinstance(selector, PreparesRepresentation)
-    session = _fitted(scene, settings, selector) if own_fit else _loaded(scene, settings, state)
+    build = preparing(_builder(scene, settings), method, selector)
+    session = _fitted(scene, settings, build) if own_fit else _loaded(scene, settings, build, state)
     provenance.reset_peak_memory(settings.device)
     chosen = min(settings.views_per_step, len(session.candidates))
     selections, load = [], LoadMeter()
@@ -150,24 +152,27 @@ def _iterations(scene: Scene, settings: StateSettings) -> tuple[int, ...]:
     return protocol.additions[: 1 + -(-added // protocol.views_per_step)]
 
 
-def _begun(scene: Scene, settings: StateSettings, selector: Selector | None) -> Session:
+def _builder(scene: Scene, settings: StateSettings) -> Builder:
+    return builder(scene, settings.representation, settings.runtime.seed, settings.device)
+
+
+def _begun(scene: Scene, settings: StateSettings, build: Builder) -> Session:
     initial = _captured(scene, settings)[: settings.protocol.initial_views]
-    build = builder(scene, settings.representation, settings.runtime.seed, settings.device)
-    return Session(scene, build, initial, selector, settings.device)
+    return Session(scene, build, initial, settings.device)
 
 
-def _loaded(scene: Scene, settings: StateSettings, state: Path) -> Session:
+def _loaded(scene: Scene, settings: StateSettings, build: Builder, state: Path) -> Session:
     """Return the moment that is timed, on the reconstruction that ``write_state`` wrote."""
-    session = _begun(scene, settings, None)
+    session = _begun(scene, settings, build)
     session.representation.load(state)
     session.iteration = _iterations(scene, settings)[-1]
     session.capture(_captured(scene, settings)[len(session.captured) :])
     return session
 
 
-def _fitted(scene: Scene, settings: StateSettings, selector: Selector | None) -> Session:
-    """Return the moment that is timed, on a reconstruction fitted up to there and prepared by ``selector``."""
-    session = _begun(scene, settings, selector)
+def _fitted(scene: Scene, settings: StateSettings, build: Builder) -> Session:
+    """Return the moment that is timed, on a reconstruction of ``build`` that was fitted up to there."""
+    session = _begun(scene, settings, build)
     captured = _captured(scene, settings)
     for iteration in _iterations(scene, settings):
         session.fit_until(iteration)

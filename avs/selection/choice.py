@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avs.selection.contract import Direction, HasNotes, JointSelector, Method, Selection, Selector, State
+from avs.selection.global_state import unchanged
 
 
 def choose(scores: npt.NDArray[np.float64], k: int, chooses: Direction) -> npt.NDArray[np.int64]:
@@ -51,10 +52,10 @@ def notes_of(method: Method, selector: object) -> list[str]:
 
     Raises:
         TypeError: they are no sequence of text.
+        UserError: a setting of torch was changed for the whole process to tell them.
     """
-    if not isinstance(selector, HasNotes):
-        return []
-    notes = selector.notes
+    with unchanged(method.label):
+        notes = selector.notes if isinstance(selector, HasNotes) else ()
     if not isinstance(notes, tuple | list) or not all(isinstance(note, str) for note in notes):
         raise TypeError(f"{method.label} has notes that are no tuple of texts: {notes!r}")
     return [note if method.label in note else f"{method.label}: {note}" for note in notes]

@@ -21,6 +21,7 @@ import numpy.typing as npt
 from avs.representations.base import Renderer, Representation
 from avs.scene.cameras import Cameras
 from avs.scene.views import Views
+from avs.selection.global_state import unchanged
 from avs.system.errors import UserError
 from avs.system.models import StrictModel
 
@@ -166,8 +167,9 @@ class PredictsMaps(Protocol):
     def predicted_map(self, state: State, row: int) -> npt.NDArray[np.float32]:
         """Return the predicted SSIM ``[height, width]`` of the rendering of a candidate, nominally in 0..1.
 
-        It is asked for outside of the measured time, right after the selection in ``state``, to be kept as a picture.
-        Its shape may be another one than the rendering's.
+        It is asked for outside of the measured time, right after the selection in ``state``, to be kept as a picture,
+        and not at all where none is kept: nothing that the next selection depends on may change with it. Its shape may
+        be another one than the rendering's.
         """
         ...
 
@@ -274,11 +276,13 @@ class Method:
         """Return the selector that ``build`` makes.
 
         Raises:
-            UserError: the method needs a trained scorer and has no weights of it; or what ``build`` raises.
+            UserError: the method needs a trained scorer and has no weights of it, or ``build`` changed a setting of
+                torch for the whole process; or what it raises.
         """
         if self.scorer is not None and resources.weights is None:
             raise UserError(self.label, f"needs the weights of the scorer {self.scorer}", "pass --weights")
-        return self.build(settings, resources)
+        with unchanged(self.label):
+            return self.build(settings, resources)
 
 
 def following(other: str, label: str, source: str) -> Method:

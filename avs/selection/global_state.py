@@ -6,6 +6,8 @@ import contextlib
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from avs.system.errors import UserError
+
 _Setting = tuple[Callable[[], Any], Callable[[Any], object]]
 
 
@@ -37,3 +39,20 @@ def kept() -> Iterator[list[str]]:
             if read() != before[name]:
                 changed.append(f"{name} from {before[name]} to {read()}")
                 write(before[name])
+
+
+@contextlib.contextmanager
+def unchanged(label: str) -> Iterator[None]:
+    """Refuse a method that changes a setting in the block; each is restored.
+
+    Args:
+        label: printed name of the method.
+
+    Raises:
+        UserError: a setting was changed.
+    """
+    with kept() as changed:
+        yield
+    if changed:
+        fault = f"changed settings of torch for all that follows: {', '.join(changed)}"
+        raise UserError(f"method {label}", fault, "change them within a block that ends, such as torch.no_grad()")

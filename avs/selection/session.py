@@ -14,6 +14,7 @@ from avs.scene.scene import Scene
 from avs.scene.views import Views
 from avs.selection.choice import select_views
 from avs.selection.contract import Method, PreparesRepresentation, Selection, Selector, State, Truth
+from avs.selection.global_state import unchanged
 from avs.selection.untouched import untouched
 from avs.system.provenance import clock
 
@@ -37,7 +38,6 @@ class Session:
         scene: Scene,
         build: Builder,
         initial: IndexArray,
-        selector: object = None,
         device: str = "cpu",
         photographs: Photographs | None = None,
     ) -> None:
@@ -45,21 +45,19 @@ class Session:
 
         Args:
             scene: the capture.
-            build: makes an untrained reconstruction.
+            build: makes an untrained reconstruction, prepared by the method (``preparing``) if it asks for that.
             initial: indices of the views to begin with.
-            selector: the method, which prepares each reconstruction that is built if it asks for that; or None.
             device: ``cpu`` or ``cuda``, for the clock.
             photographs: those of the scene, if they are decoded already; None reads each when it is captured.
 
         Raises:
-            UserError: an image is damaged, or the reconstruction lacks what the selector adds to.
+            UserError: an image is damaged; or what ``build`` raises.
         """
         self.scene = scene
         self.captured: list[int] = initial.tolist()
         self._photographs = photographs or Photographs(scene)
         self.views: Views = self._photographs.views(initial)
         self._build = build
-        self._selector = selector
         self._device = device
         self.iteration = 0
         self.representation = self._built()
@@ -120,11 +118,32 @@ class Session:
         return Truth(self._photographs.views(self.candidates), self._photographs.views(self.scene.test))
 
     def _built(self) -> Representation:
-        """Return an untrained reconstruction, prepared by the method if it asks for that."""
-        representation = self._build(np.array(self.captured, dtype=np.int64))
-        if isinstance(self._selector, PreparesRepresentation):
-            self._selector.prepare(representation)
+        return self._build(np.array(self.captured, dtype=np.int64))
+
+
+def preparing(build: Builder, method: Method, selector: object) -> Builder:
+    """Return ``build`` with what a method does to each reconstruction before it is fitted, if anything.
+
+    Args:
+        build: makes an untrained reconstruction.
+        method: its metadata.
+        selector: what ``method`` built.
+
+    What it returns raises:
+        UserError: the reconstruction lacks what the method adds to, or a setting of torch was changed for the whole
+            process; it is restored.
+    """
+    if not isinstance(selector, PreparesRepresentation):
+        return build
+    prepare = selector.prepare
+
+    def make(captured: IndexArray) -> Representation:
+        representation = build(captured)
+        with unchanged(method.label):
+            prepare(representation)
         return representation
+
+    return make
 
 
 class Stopwatch:

@@ -10,7 +10,7 @@ from typing import Protocol, runtime_checkable
 from avs.representations.base import unwrapped
 from avs.scene.views import Views
 from avs.selection.contract import State
-from avs.selection.global_state import kept
+from avs.selection.global_state import unchanged
 from avs.system.errors import UserError
 
 _REMEDY = "let it work on a copy (capability copy, numpy.array)"
@@ -43,11 +43,8 @@ def untouched(label: str, state: State, *, disposable: bool = False) -> Iterator
             holds for the whole process was changed; it is restored.
     """
     progress, tensors, pixels = _progress(state), _tensors(state), _pixels(state)
-    with kept() as changed:
+    with unchanged(label):
         yield
-    if changed:
-        fault = f"changed settings of torch for all that follows: {', '.join(changed)}"
-        raise UserError(f"method {label}", fault, "change them within a block that ends, such as torch.no_grad()")
     faults = {
         "went on fitting the reconstruction that it was shown": _progress(state) != progress,
         "wrote into the reconstruction that it was shown": _tensors(state) != tensors,

@@ -6,6 +6,7 @@ import zipfile
 
 import numpy as np
 import pytest
+import torch
 from factories import MeanColor, small_scene
 
 from avs.nvs.evaluation import Evaluator
@@ -131,6 +132,44 @@ def test_a_record_without_pictures_has_none(scene, tmp_path):
 def test_a_map_that_is_none_is_a_fault_of_the_method(scene):
     with pytest.raises(ValueError, match="Broken predicted a map that is no array"):
         outcome(scene, Broken())
+
+
+class Meddling(First):
+    """Does something to what it is shown when it predicts a map."""
+
+    def __init__(self, meddle):
+        self.meddle = meddle
+
+    def predicted_map(self, state, row):
+        self.meddle(state)
+        return super().predicted_map(state, row)
+
+
+@pytest.mark.parametrize(
+    ("meddle", "told"),
+    [
+        (lambda state: state.representation.fit(state.captured, 5), "went on fitting the reconstruction"),
+        (lambda state: torch.set_grad_enabled(False), "changed settings of torch .* the gradient mode"),
+        (lambda state: write_into(state.captured.images[0]), "wrote into the photographs"),
+    ],
+)
+def test_a_map_that_changes_what_the_episode_goes_on_with_is_refused(scene, meddle, told):
+    with pytest.raises(UserError, match=f"method First: {told}"):
+        outcome(scene, Meddling(meddle))
+    assert torch.is_grad_enabled()
+
+
+def write_into(image):
+    image.setflags(write=True)
+    image[0, 0] ^= 1
+
+
+def test_cameras_that_a_method_changes_in_place_are_not_those_of_the_pictures(scene):
+    def moved(state):
+        state.candidates.world_to_camera[:] = 0
+        state.candidates.sizes[:] = 1
+
+    assert outcome(scene, Meddling(moved)).pictures == outcome(scene).pictures
 
 
 @pytest.mark.parametrize(("count", "wanted", "expected"), [(6, 3, [0, 2, 5]), (2, 6, [0, 1]), (5, 1, [0]), (5, 0, [])])

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 import torch
 
+from avs.selection.choice import notes_of
+from avs.selection.contract import Method, Resources, Settings
 from avs.selection.global_state import kept
-from avs.selection.session import timed_selection
+from avs.selection.session import preparing, timed_selection
 from avs.system.errors import UserError
 
 
@@ -43,3 +45,46 @@ def test_a_method_that_changes_one_ends_its_episode_with_one_line(monkeypatch):
     with pytest.raises(UserError, match=r"method Own: changed settings of torch .*: the gradient mode from True to Fa"):
         timed_selection(method, None, state, 1, "cpu")
     assert torch.is_grad_enabled()
+
+
+class Careless:
+    """Changes a setting whenever it is asked for anything."""
+
+    def __init__(self, *_):
+        torch.set_default_dtype(torch.float64)
+
+    def prepare(self, representation):
+        torch.set_grad_enabled(False)
+
+    @property
+    def notes(self):
+        torch.set_grad_enabled(False)
+        return ("a note",)
+
+
+def test_a_selector_that_changes_one_when_it_is_made_ends_at_once():
+    method = Method("Own", "2D-based", "A test.", "lowest", Careless)
+    with pytest.raises(UserError, match=r"method Own: changed settings .*: the default type from torch.float32 to to"):
+        method.selector(Settings(), Resources())
+    assert torch.get_default_dtype() == torch.float32
+
+
+def test_preparing_a_reconstruction_and_telling_notes_change_none():
+    method = Method("Own", "2D-based", "A test.", "lowest", Careless)
+    with kept():
+        careless = Careless()
+    with pytest.raises(UserError, match=r"method Own: changed settings of .*: the gradient mode from True to Fal"):
+        preparing(lambda captured: None, method, careless)(np.arange(3))
+    assert torch.is_grad_enabled()
+    with pytest.raises(UserError, match=r"method Own: changed settings of .*: the gradient mode from True to Fal"):
+        notes_of(method, careless)
+    assert torch.is_grad_enabled()
+
+
+def test_a_reconstruction_is_prepared_by_what_asks_for_it_alone():
+    method = Method("Own", "2D-based", "A test.", "lowest", Careless)
+    prepared = []
+    own = type("Own", (), {"prepare": lambda self, representation: prepared.append(representation)})()
+    assert preparing(tuple, method, own)([1, 2]) == (1, 2)
+    assert prepared == [(1, 2)]
+    assert preparing(tuple, method, object()) is tuple

@@ -24,6 +24,7 @@ from avs.representations.base import FloatImages
 from avs.selection import registry
 from avs.selection.choice import notes_of
 from avs.selection.contract import Method, Resources, Selector
+from avs.selection.global_state import unchanged
 from avs.system.devices import take_device
 from avs.system.errors import UserError
 from avs.system.files import file_hash
@@ -148,7 +149,9 @@ def _by_metric(data: Distortions, told: ScoredMetric, settings: HeldOutJob, weig
         values = np.empty(len(data))
         for rows in batches(data, settings.evaluation.batch):
             images = np.stack([data.renderings[row] for row in rows]).astype(np.float32) / np.float32(255.0)
-            values[rows] = _checked(method, selector.quality(images), len(rows))
+            with unchanged(method.label):
+                quality = selector.quality(images)
+            values[rows] = _checked(method, quality, len(rows))
         scores, notes = values.tolist(), notes_of(method, selector)
     except UserError as error:
         failure = str(error)

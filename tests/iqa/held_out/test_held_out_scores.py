@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import torch
 
 from avs.iqa.cross_reference.distortions import write_distortions
 from avs.iqa.cross_reference.scorer_checkpoint import save_network
@@ -96,6 +97,16 @@ def test_qualities_that_are_no_score_for_each_image_are_a_failure(folder, tmp_pa
     failed, *_ = score(folder, tmp_path / "a", networks=[], statistics=None).scored
     assert failed.scores is None
     assert "finite scores, one for each image" in failed.failure
+
+
+def test_a_metric_that_changes_a_setting_of_torch_is_a_failure_and_the_others_go_on_without(
+    folder, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(NoReferenceSelector, "quality", lambda self, images: torch.set_default_dtype(torch.float64))
+    failed, *_ = score(folder, tmp_path / "a", networks=[], statistics=None).scored
+    assert failed.scores is None
+    assert "changed settings of torch for all that follows: the default type" in failed.failure
+    assert torch.get_default_dtype() == torch.float32
 
 
 def test_what_a_reader_should_know_of_weights_is_in_the_record(folder, tmp_path):
