@@ -15,6 +15,7 @@ from avs.iqa.held_out.held_out_settings import (
     ScorerEvaluationSettings,
 )
 from avs.iqa.render_statistics.regression_settings import RegressionSettings
+from avs.report.labels import told_apart
 from avs.selection import registry
 
 
@@ -110,9 +111,6 @@ def _network(config: Config, name: str) -> ScoredNetwork:
 
 
 def _told_apart(networks: tuple[ScoredNetwork, ...]) -> tuple[ScoredNetwork, ...]:
-    """Return ``networks`` with the method's identifier in a label that several have."""
-    labels = [each.label for each in networks]
-    return tuple(
-        each if labels.count(each.label) == 1 else each.model_copy(update={"label": f"{each.label} ({each.method})"})
-        for each in networks
-    )
+    """Return ``networks`` with the method's identifier in a label that looks like another's."""
+    labels = told_apart({each.method: each.label for each in networks})
+    return tuple(each.model_copy(update={"label": labels[each.method]}) for each in networks)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from avs.nvs.record import CurvePoint, Episode
+from avs.report.labels import group_of
 from avs.system.errors import UserError
 from avs.system.records import read_record
 
@@ -84,6 +85,7 @@ def read_episodes(paths: Sequence[Path], methods: Sequence[str]) -> list[Episode
     datasets: dict[str, dict[str, dict[Cell, Episode]]] = {}
     for path in paths:
         episode = read_record(path, Episode)
+        episode = episode.model_copy(update={"group": group_of(episode.group)})
         key = (episode.dataset, episode.method, episode.scene, episode.seed)
         if key in places:
             raise UserError(path, f"repeats {places[key]}", "pass one episode for each method, scene and seed")

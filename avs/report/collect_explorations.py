@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy.typing as npt
 
+from avs.report.labels import told_apart
 from avs.slam.loop.exploration_record import MAPS_HEADER, ExplorationMeta, ExplorationRecord
 from avs.system.errors import UserError
 from avs.system.records import read_record
@@ -58,9 +59,7 @@ class Explorations:
 
 def printed_name(method: str, records: Iterable[ExplorationRecord]) -> str:
     """Return the label of a method among ``records``, with its identifier where several have the same."""
-    labels = {record.method: record.label for record in records}
-    label = labels.get(method, method)
-    return f"{label} ({method})" if list(labels.values()).count(label) > 1 else label
+    return told_apart({record.method: record.label for record in records}).get(method, method)
 
 
 def read_maps(path: Path) -> dict[str, npt.NDArray[Any]]:

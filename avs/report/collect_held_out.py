@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from avs.iqa.held_out.held_out_record import HeldOutScores
+from avs.report.labels import told_apart
 from avs.system.errors import UserError
 from avs.system.records import read_record
 
@@ -35,7 +36,13 @@ def read_held_out(paths: Sequence[Path], scenes: Mapping[str, Sequence[str]]) ->
     for path, record in found.values():
         if record.settings != first.settings or _predictors(record) != _predictors(first):
             raise UserError(path, "was scored with other settings or weights than others", _REMEDY)
-    return [found[each][1] for each in wanted]
+    labels = told_apart({each.identifier: each.label for each in first.scored})
+    return [_labelled(found[each][1], labels) for each in wanted]
+
+
+def _labelled(record: HeldOutScores, labels: Mapping[str, str]) -> HeldOutScores:
+    scored = [each.model_copy(update={"label": labels[each.identifier]}) for each in record.scored]
+    return record.model_copy(update={"scored": scored})
 
 
 def _predictors(record: HeldOutScores) -> list[tuple[str, str | None]]:

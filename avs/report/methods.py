@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from avs.report.collect import Episodes
+from avs.report.labels import group_of, told_apart
 from avs.selection import registry
 from avs.selection.contract import UNRANKED
 
@@ -45,9 +46,12 @@ def presented_in_columns(identifier: str, columns: Iterable[Episodes]) -> Presen
     That is as the first says in which it competes, or in which it ran. Whether it competes, and is whole, in one of
     them is a matter of its cells there (``avs.report.document.Cell.ranked``): a gap in one says nothing of another.
     """
-    found = [presented(identifier, each) for each in columns if each.cells.get(identifier)]
-    first = next((each for each in found if each.competes), found[0] if found else presented(identifier))
-    return replace(first, whole=True)
+    all_columns = list(columns)
+    found = [presented(identifier, each) for each in all_columns if each.cells.get(identifier)]
+    if not found:
+        return replace(presented(identifier), whole=True)
+    first = next((each for each in found if each.competes), found[0])
+    return replace(first, label=_labels(all_columns)[identifier], whole=True)
 
 
 def presented(identifier: str, episodes: Episodes | None = None) -> Presented:
@@ -55,14 +59,19 @@ def presented(identifier: str, episodes: Episodes | None = None) -> Presented:
     registered = registry.methods().get(identifier)
     proposed = registered is not None and registered.method.proposed
     if episodes is not None and (cells := episodes.cells.get(identifier)):
-        episode = next(iter(cells.values()))
-        labels = [next(iter(each.values())).label for each in episodes.cells.values() if each]
-        # several programs can call themselves the same, and like a method that is not there
-        labels += [each.method.label for name, each in registry.methods().items() if not episodes.cells.get(name)]
-        label = episode.label if labels.count(episode.label) == 1 else f"{episode.label} ({identifier})"
-        return Presented(identifier, label, episode.group, proposed, not episodes.lacking(identifier))
+        group = next(iter(cells.values())).group
+        return Presented(identifier, _labels([episodes])[identifier], group, proposed, not episodes.lacking(identifier))
     if registered is None:
         return Presented(identifier, identifier)
-    own = registered.method
-    alike = sum(each.method.label == own.label for each in registry.methods().values())
-    return Presented(identifier, own.label if alike == 1 else f"{own.label} ({identifier})", own.group, proposed)
+    return Presented(identifier, _labels([])[identifier], group_of(registered.method.group), proposed)
+
+
+def _labels(columns: Sequence[Episodes]) -> dict[str, str]:
+    """Return the printed names of the methods that have episodes or are registered, by identifier.
+
+    Several programs can call themselves the same, and like a method that is not there.
+    """
+    labels = {name: each.method.label for name, each in registry.methods().items()}
+    for episodes in reversed(columns):
+        labels |= {name: next(iter(cells.values())).label for name, cells in episodes.cells.items() if cells}
+    return told_apart(labels)

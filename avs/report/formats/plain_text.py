@@ -6,6 +6,9 @@ import unicodedata
 
 
 def one_line(text: str) -> str:
-    """Return ``text`` on one line: white space of any kind becomes one space; control characters are dropped."""
-    spaced = " ".join(text.split())
-    return "".join(character for character in spaced if unicodedata.category(character) not in ("Cc", "Cf", "Cs"))
+    """Return ``text`` on one line: white space of any kind becomes one space, of which none is at the ends.
+
+    Control characters are dropped first, so that none of them keeps a space.
+    """
+    kept = (each for each in text if each.isspace() or unicodedata.category(each) not in ("Cc", "Cf", "Cs"))
+    return " ".join("".join(kept).split())

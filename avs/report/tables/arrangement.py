@@ -6,12 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from avs.report.document import Cell, Column, Group, Row
+from avs.report.labels import GROUPS
 from avs.report.methods import Presented
 from avs.selection.contract import UNRANKED
 from metrics.definitions import Metric
-
-GROUPS = ("Geometric", "3D-based", "2D-based")
-"""Order of the groups; those that a plug-in adds follow, those that do not compete are the last."""
 
 _MARKED = 3
 

@@ -14,6 +14,7 @@ from avs.report.document import Cell, Column, Document, Group, Listing, Row
 from avs.report.formats.numbers import plain
 from avs.report.formats.writing import write_document
 from avs.report.machines import numerics_notes
+from avs.report.methods import presented
 from avs.report.tables.arrangement import ranks
 from avs.report.tables.changed_settings import changed_settings
 from avs.report.tables.scorer_agreement_numbers import (
@@ -186,7 +187,7 @@ def _with_absent(
         elif name in absent:
             method = registry.find(name).method
             kind: Kind = "metric" if method.assesses_images else "regression" if method.scorer is None else "network"
-            yield kind, method.label, absent[name]
+            yield kind, presented(name).label, absent[name]
     yield from there.values()
 
 
@@ -230,7 +231,7 @@ def _notes(
 ) -> Iterator[str]:
     for name in methods:
         if name in absent:
-            yield f"{registry.find(name).method.label}: {absent[name]}"
+            yield f"{presented(name).label}: {absent[name]}"
     for record in records:
         for each in record.scored:
             if each.failure is not None:
@@ -257,7 +258,7 @@ def _listing(scored: Sequence[Scored], numbers: _Numbers, partial: _Partial, abs
                 fewer = partial.get((scenes, each.identifier), "") if metric in (WITHIN, WITHIN_KENDALL) else ""
                 records.append((*place, *texts, value.scenes, each.failure or fewer))
     for name, reason in absent.items():
-        records.append((name, registry.find(name).method.label, "", ALL, "", "", "", 0, str(reason)))
+        records.append((name, presented(name).label, "", ALL, "", "", "", 0, str(reason)))
     return Listing(FIELDS, tuple(records))
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from avs.nvs.timing_record import Runtime
 from avs.report.collect import Episodes
+from avs.report.labels import told_apart
 from avs.report.tables.episode_gaps import missing_row
 from avs.report.tables.view_synthesis_numbers import scene_value
 from avs.system.errors import UserError
@@ -74,7 +75,8 @@ def read_runtimes(paths: Sequence[Path]) -> dict[str, Runtime]:
                 fault = f"{name} is not that of {first.method}, so that their times cannot be compared"
                 raise UserError(path, fault, "time all methods again on one machine")
         found[record.method] = record
-    return found
+    labels = told_apart({method: record.label for method, record in found.items()})
+    return {method: record.model_copy(update={"label": labels[method]}) for method, record in found.items()}
 
 
 def summarise_runtime(
