@@ -46,6 +46,9 @@ class RunPlan(StrictModel):
     waits_for: dict[str, tuple[str, ...]] = Field(
         default_factory=dict, description="logs of the jobs that make what a job reads, by its log"
     )
+    settings: dict[str, str] = Field(
+        default_factory=dict, description="SHA-256 of what each file of settings is to hold, by its path"
+    )
 
     @field_serializer("config")
     def _as_text(self, config: Config) -> str:

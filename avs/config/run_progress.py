@@ -9,14 +9,15 @@ from __future__ import annotations
 import json
 import time
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
 from avs.config.run_plan import RunPlan
 from avs.system.job_logs import fault_of
-from avs.system.ledger import has_ended, why_stale
+from avs.system.ledger import has_ended
+from avs.system.stale_jobs import followers_of, linked, stale_jobs
 
 State = Literal["done", "running", "failed", "stopped", "to come"]
 STATES: tuple[State, ...] = ("done", "running", "failed", "stopped", "to come")
@@ -56,29 +57,17 @@ def job_statuses(plan: RunPlan, begun: float, is_alive: bool) -> list[JobStatus]
         begun: when the run began, in seconds of the system's clock; logs that are older are those of another run.
         is_alive: whether a run is at work; without one, a job that has begun and not ended was stopped.
     """
-    found = [_status(Path(log), plan, begun, is_alive) for log in sorted(plan.stamps)]
-    held = _behind([str(each.log) for each in found if each.state == "failed"], plan.waits_for)
+    stale = stale_jobs(plan.stamps, plan.waits_for, plan.settings)
+    found = [_status(Path(log), stale, begun, is_alive) for log in sorted(plan.stamps)]
+    failed = [str(each.log) for each in found if each.state == "failed"]
+    held = set(linked(failed, followers_of(plan.waits_for)))
     return [replace(each, is_held=each.state == "to come" and str(each.log) in held) for each in found]
 
 
-def _behind(logs: Iterable[str], waits_for: Mapping[str, Sequence[str]]) -> set[str]:
-    """Return the logs of the jobs that wait for some, directly or not."""
-    followers: dict[str, list[str]] = {}
-    for log, before in waits_for.items():
-        for each in before:
-            followers.setdefault(each, []).append(log)
-    waiting, found = list(logs), set[str]()
-    while waiting:
-        new = set(followers.get(waiting.pop(), ())) - found
-        found |= new
-        waiting += new
-    return found
-
-
-def _status(log: Path, plan: RunPlan, begun: float, is_alive: bool) -> JobStatus:
+def _status(log: Path, stale: Collection[str], begun: float, is_alive: bool) -> JobStatus:
     kind = _kind(log)
     if has_ended(log):
-        return JobStatus(kind, log, "to come" if why_stale([log], plan.stamps) else "done")
+        return JobStatus(kind, log, "to come" if str(log) in stale else "done")
     if not log.exists() or log.stat().st_mtime < begun:  # of an earlier run, such as of a table that was set aside
         return JobStatus(kind, log, "to come")
     fault = fault_of(log)

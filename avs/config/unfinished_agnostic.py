@@ -4,27 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from avs.config.agnostic_jobs import agnostic_absent
-from avs.config.other_representations import agnostic_datasets, agnostic_methods, agnostic_seeds
-from avs.config.run_plan import RunPlan
+from avs.config.other_representations import agnostic_datasets
+from avs.config.planned_jobs import Place, PlannedJobs
+from avs.config.report_jobs import AgnosticJob
 from avs.report.wanted_records import WantedAgnostic, WantedEpisode
 
-Place = dict[str, str]
-"""Values of the wildcards of a path."""
 
-
-def wanted_agnostic(plan: RunPlan, episode: Callable[[Place], WantedEpisode]) -> Iterator[WantedAgnostic]:
+def wanted_agnostic(jobs: PlannedJobs, episode: Callable[[Place], WantedEpisode]) -> Iterator[WantedAgnostic]:
     """Yield the tables that the run makes with the others, and those that have been begun.
 
     Args:
-        plan: of the run.
+        jobs: of the run.
         episode: makes what is to be known of the record of an episode on a representation.
     """
-    told = plan.config.agnostic
+    told = jobs.plan.config.agnostic
     if told is None:
         return
-    absent, methods = agnostic_absent(plan.config), agnostic_methods(plan.config)
-    for dataset in agnostic_datasets(plan.config):
+    for dataset in agnostic_datasets(jobs.plan.config):
+        settings = jobs.settings(f"agnostic_table/{dataset}", AgnosticJob)
         found = {
             name: tuple(
                 episode(
@@ -36,12 +33,12 @@ def wanted_agnostic(plan: RunPlan, episode: Callable[[Place], WantedEpisode]) ->
                         "seed": str(seed),
                     }
                 )
-                for method in methods
-                if method not in absent[name]
-                for scene in plan.scenes[dataset]
-                for seed in agnostic_seeds(plan.config)
+                for method in settings.methods
+                if method not in settings.absent[name]
+                for scene in jobs.plan.scenes[dataset]
+                for seed in settings.seeds
             )
-            for name in told.representations
+            for name in settings.representations
         }
         if told.with_tables or any(each.path.exists() for episodes in found.values() for each in episodes):
-            yield WantedAgnostic(dataset, methods, found, absent)
+            yield WantedAgnostic(dataset, settings.methods, found, settings.absent)

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from avs.config.jobs import settings_of
-from avs.config.method_weights import Made, absent_methods, followed, is_program, weights_of
+from avs.config.method_weights import absent_methods, followed, is_program
 from avs.config.paper_tables import FOLDER, published_scenes, side_by_side, with_memory
+from avs.config.planned_jobs import Place, PlannedJob, PlannedJobs, planned_jobs
 from avs.config.report_jobs import CoverageTableJob, RowsJob, SummaryJob, TableJob
 from avs.config.run_plan import RunPlan
-from avs.config.slam_config import SlamFigureJob, explorers
+from avs.config.slam_config import SlamFigureJob
 from avs.config.slam_jobs import explored
 from avs.config.studied import studied_methods
 from avs.config.unfinished_agnostic import wanted_agnostic
@@ -35,106 +35,85 @@ from avs.report.wanted_records import (
     WantedTimes,
 )
 from avs.selection import registry
-from avs.system.ledger import why_left_out
-from avs.system.reasons import Reason
 
 
 def unfinished(plan: RunPlan) -> UnfinishedRun:
     """Return what the tables of a run are made from, whether it is there or not."""
-    config = plan.config
+    config, jobs = plan.config, planned_jobs(plan)
     return UnfinishedRun(
         reference=config.report.reference,
         absent=absent_methods(config),
-        tables=tuple(_table(plan, dataset) for dataset in config.evaluated),
-        times=None if plan.timed is None else _times(plan, *plan.timed),
-        sensitivity=tuple(_wanted_sensitivity(plan)),
+        tables=tuple(_table(jobs, dataset) for dataset in config.evaluated),
+        times=None if plan.timed is None else _times(jobs, *plan.timed),
+        sensitivity=tuple(_wanted_sensitivity(jobs)),
         side_by_side=side_by_side(config),
-        coverage=tuple(_coverage(plan, dataset) for dataset in config.with_table("coverage")),
-        explorations=_explorations(plan),
-        scorers=wanted_scorers(plan),
-        agnostic=tuple(wanted_agnostic(plan, partial(_episode_beside, plan, "agnostic_episode", "representation"))),
+        coverage=tuple(_coverage(jobs, dataset) for dataset in config.with_table("coverage")),
+        explorations=_explorations(jobs),
+        scorers=wanted_scorers(jobs),
+        agnostic=tuple(wanted_agnostic(jobs, partial(_episode_beside, jobs, "agnostic_episode", "representation"))),
     )
 
 
-def _explorations(plan: RunPlan) -> WantedExplorations | None:
+def _explorations(jobs: PlannedJobs) -> WantedExplorations | None:
     """Return what the table of active SLAM is made from where the run makes it with the others, or has begun it."""
-    told, rule = plan.config.slam, "exploration"
-    if told is None or not told.buildings:
+    config, rule = jobs.plan.config, "exploration"
+    if config.slam is None or not config.slam.buildings:
         return None
-    settings = settings_of(plan.config, "slam_figure")
-    assert isinstance(settings, SlamFigureJob)
-    runs = explored(plan.config).items()
+    settings = jobs.settings("slam_figure", SlamFigureJob)
+    runs = explored(config).items()
     records = []
     for building, method, seed in ((name, each, seed) for name, of in runs for each in of for seed in settings.seeds):
-        place = {"building": building, "method": method, "seed": seed}
-        logs = _exploration_logs(plan, place)
+        job = jobs.job(rule, {"building": building, "method": method, "seed": seed})
         records.append(
             WantedExploration(
                 place=(building, method, seed),
-                path=Path(plan.records[rule].format(**place)),
-                logs=logs,
-                settings=settings_of(plan.config, f"{rule}/{building}/{method}").model_dump(mode="json"),
-                stale=why_left_out(logs, plan.stamps),
+                path=job.path,
+                logs=job.logs,
+                settings=settings_of(config, f"{rule}/{building}/{method}").model_dump(mode="json"),
+                stale=job.stale,
             )
         )
-    if not told.with_tables and not any(each.path.exists() for each in records):
+    if not config.slam.with_tables and not any(each.path.exists() for each in records):
         return None
     published = Path(f"{FOLDER}/{SLAM_NAME}")
     absent = settings.absent, settings.absent_buildings
     return WantedExplorations(settings.buildings, settings.in_order, tuple(records), published, *absent)
 
 
-def _exploration_logs(plan: RunPlan, place: dict[str, Any]) -> tuple[Path, ...]:
-    """Return the logs of an exploration's job and of those that it waits for."""
-    chooser = explorers(plan.config.slam).get(place["method"])
-    logs = [plan.logs[rule].format(**place) for rule in ("exploration", "building", "kernels")]
-    return tuple(map(Path, [*logs, *([] if chooser is None else _logs_of_weights(plan, chooser.method))]))
-
-
-def _coverage(plan: RunPlan, dataset: str) -> WantedCoverageTable:
-    settings = settings_of(plan.config, f"coverage_table/{dataset}")
-    assert isinstance(settings, CoverageTableJob)
-    places = [
-        {"dataset": dataset, "scene": scene, "method": method, "seed": str(seed)}
-        for method in settings.methods
-        if method not in settings.absent
-        for scene in plan.scenes[dataset]
-        for seed in plan.config.seeds
-    ]
+def _coverage(jobs: PlannedJobs, dataset: str) -> WantedCoverageTable:
+    settings = jobs.settings(f"coverage_table/{dataset}", CoverageTableJob)
     return WantedCoverageTable(
         dataset=dataset,
         methods=settings.methods,
         records=tuple(
-            WantedCoverage(
-                method=place["method"],
-                cell=(place["scene"], int(place["seed"])),
-                path=Path(plan.records["coverage"].format(**place)),
-                logs=logs,
-                stale=why_left_out(logs, plan.stamps),
-            )
-            for place in places
-            for logs in [_logs(plan, ["coverage", "coverage_reference", "stereo_kernels"], place)]
+            WantedCoverage(method, (scene, seed), job.path, job.logs, job.stale)
+            for method in settings.methods
+            if method not in settings.absent
+            for scene in jobs.plan.scenes[dataset]
+            for seed in jobs.plan.config.seeds
+            for job in [jobs.job("coverage", {"dataset": dataset, "scene": scene, "method": method, "seed": seed})]
         ),
-        settings=settings_of(plan.config, "coverage").model_dump(mode="json"),
+        settings=settings_of(jobs.plan.config, "coverage").model_dump(mode="json"),
         published=None if settings.published is None else Path(settings.published),
         lacking=settings.lacking,
     )
 
 
-def _wanted_sensitivity(plan: RunPlan) -> Iterator[WantedSensitivity]:
+def _wanted_sensitivity(jobs: PlannedJobs) -> Iterator[WantedSensitivity]:
     """Yield the sensitivity tables that the run makes with the others, and those that have been begun."""
-    told, absent = plan.config.sensitivity, absent_methods(plan.config)
+    config = jobs.plan.config
+    told, absent = config.sensitivity, absent_methods(config)
     if told is None:
         return
-    for dataset, scenes in plan.studied.items():
-        methods = studied_methods(plan.config, dataset)
+    for dataset, scenes in jobs.plan.studied.items():
+        methods = studied_methods(config, dataset)
         settings = {
             name: tuple(
-                _studied_episode(plan, name, method, dataset, scene, seed)
+                _studied_episode(jobs, name, method, dataset, scene, seed)
                 for method in methods
                 if method not in absent
                 for scene in scenes
-                for seed in told.seeds or plan.config.seeds
+                for seed in told.seeds or config.seeds
             )
             for name in (BASE, *told.variants)
         }
@@ -143,21 +122,33 @@ def _wanted_sensitivity(plan: RunPlan) -> Iterator[WantedSensitivity]:
             yield WantedSensitivity(dataset, methods, settings)
 
 
-def _studied_episode(plan: RunPlan, name: str, method: str, dataset: str, scene: str, seed: int) -> WantedEpisode:
+def _studied_episode(jobs: PlannedJobs, name: str, method: str, dataset: str, scene: str, seed: int) -> WantedEpisode:
     if name == BASE:
-        return _episode(plan, method, dataset, scene, seed)
+        return _episode(jobs, method, dataset, scene, seed)
     place = {"variant": name, "method": method, "dataset": dataset, "scene": scene, "seed": str(seed)}
-    return _episode_beside(plan, "sensitivity_episode", "variant", place)
+    return _episode_beside(jobs, "sensitivity_episode", "variant", place)
 
 
-def _episode_beside(plan: RunPlan, rule: str, beside: str, place: dict[str, str]) -> WantedEpisode:
+def _episode_beside(jobs: PlannedJobs, rule: str, beside: str, place: Place) -> WantedEpisode:
     """Return what is to be known of an episode of another rule than ``episode``; ``beside`` is its further wildcard."""
-    own = _episode(plan, place["method"], place["dataset"], place["scene"], int(place["seed"]))
-    settings = settings_of(plan.config, f"{rule}/{place[beside]}/{place['method']}")
-    assert isinstance(settings, EpisodeSettings)
-    logs = (Path(plan.logs[rule].format(**place)), *own.logs[1:])
-    path, stale = Path(plan.records[rule].format(**place)), why_left_out(logs, plan.stamps)
-    return replace(own, path=path, logs=logs, settings=_recorded(settings), stale=stale)
+    return _wanted_episode(jobs, jobs.job(rule, place), f"{rule}/{place[beside]}/{place['method']}", place)
+
+
+def _episode(jobs: PlannedJobs, method: str, dataset: str, scene: str, seed: int) -> WantedEpisode:
+    place = {"method": method, "dataset": dataset, "scene": scene, "seed": str(seed)}
+    return _wanted_episode(jobs, jobs.job("episode", place), f"episode/{method}", place)
+
+
+def _wanted_episode(jobs: PlannedJobs, job: PlannedJob, settings: str, place: Place) -> WantedEpisode:
+    return WantedEpisode(
+        method=str(place["method"]),
+        path=job.path,
+        scene=jobs.record("scene", place),
+        logs=job.logs,
+        cell=(str(place["scene"]), int(str(place["seed"]))),
+        settings=_recorded(jobs.settings(settings, EpisodeSettings)),
+        stale=job.stale,
+    )
 
 
 def _recorded(settings: EpisodeSettings) -> dict[str, Any]:
@@ -168,135 +159,68 @@ def _recorded(settings: EpisodeSettings) -> dict[str, Any]:
     return told | {"selector": registry.create_settings(settings.method, settings.selector).model_dump(mode="json")}
 
 
-def _table(plan: RunPlan, dataset: str) -> WantedTable:
-    settings = settings_of(plan.config, f"nvs_table/{dataset}")
-    assert isinstance(settings, TableJob)
+def _table(jobs: PlannedJobs, dataset: str) -> WantedTable:
+    settings = jobs.settings(f"nvs_table/{dataset}", TableJob)
+    config = jobs.plan.config
     return WantedTable(
         dataset=dataset,
         methods=settings.methods,
         episodes=tuple(
-            _episode(plan, method, dataset, scene, seed)
+            _episode(jobs, method, dataset, scene, seed)
             for method in settings.methods
             if method not in settings.absent
-            for scene in plan.scenes[dataset]
-            for seed in plan.config.seeds
+            for scene in jobs.plan.scenes[dataset]
+            for seed in config.seeds
         ),
         published=None if settings.published is None else Path(settings.published),
         left_out=settings.left_out,
         pictures=settings.pictures,
-        published_scenes=tuple(map(Path, published_scenes(plan.config, dataset))),
-        states=tuple(_states(plan, dataset)) if dataset in plan.config.with_table("ranking") else (),
-        unscored=_unscored(plan, dataset),
+        published_scenes=tuple(map(Path, published_scenes(config, dataset))),
+        states=tuple(_states(jobs, dataset)) if dataset in config.with_table("ranking") else (),
+        unscored=jobs.settings(f"ranking_table/{dataset}", RowsJob).absent,
     )
 
 
-def _unscored(plan: RunPlan, dataset: str) -> dict[str, Reason]:
-    settings = settings_of(plan.config, f"ranking_table/{dataset}")
-    assert isinstance(settings, RowsJob)
-    return settings.absent
-
-
-def _states(plan: RunPlan, dataset: str) -> Iterator[WantedStates]:
-    settings = settings_of(plan.config, f"common_states/{dataset}")
-    assert isinstance(settings, CommonStatesJob)
+def _states(jobs: PlannedJobs, dataset: str) -> Iterator[WantedStates]:
+    settings = jobs.settings(f"common_states/{dataset}", CommonStatesJob)
     told = settings.model_dump(mode="json", include={"protocol", "representation", "common_states"})
-    for scene in plan.scenes[dataset]:
-        for seed in plan.config.seeds:
+    for scene in jobs.plan.scenes[dataset]:
+        for seed in jobs.plan.config.seeds:
             place = {"dataset": dataset, "scene": scene, "seed": str(seed)}
-            waited = [_logs(plan, ["common_states"], place | {"method": each.method}) for each in settings.methods]
-            own = _logs(plan, ["common_states"], place)
-            logs = tuple(dict.fromkeys(log for logs in (own, *waited) for log in logs))
+            job = jobs.job("common_states", place)
             yield WantedStates(
-                path=Path(plan.records["common_states"].format(**place)),
-                scene=Path(plan.records["scene"].format(**place)),
-                logs=logs,
+                path=job.path,
+                scene=jobs.record("scene", place),
+                logs=job.logs,
                 cell=(scene, seed),
                 settings={"settings" if name == "common_states" else name: value for name, value in told.items()},
-                stale=why_left_out(logs, plan.stamps),
+                stale=job.stale,
             )
 
 
-def _episode(plan: RunPlan, method: str, dataset: str, scene: str, seed: int) -> WantedEpisode:
-    settings = settings_of(plan.config, f"episode/{method}")
-    assert isinstance(settings, EpisodeSettings)
-    place = {"method": method, "dataset": dataset, "scene": scene, "seed": str(seed)}
-    logs = _episode_logs(plan, place)
-    return WantedEpisode(
-        method=method,
-        path=Path(plan.records["episode"].format(**place)),
-        scene=Path(plan.records["scene"].format(**place)),
-        logs=logs,
-        cell=(scene, seed),
-        settings=_recorded(settings),
-        stale=why_left_out(logs, plan.stamps),
-    )
-
-
-def _episode_logs(plan: RunPlan, place: dict[str, str]) -> tuple[Path, ...]:
-    """Return the logs of an episode's job and those before it, the episode that it follows among them."""
-    method = place["method"]
-    own, other = _logs(plan, ["episode", *(["views"] if is_program(method) else [])], place), followed(method)
-    return own if other is None else tuple(dict.fromkeys((*own, *_episode_logs(plan, place | {"method": other}))))
-
-
-def _times(plan: RunPlan, dataset: str, scene: str) -> WantedTimes:
-    settings = settings_of(plan.config, "runtime_table")
-    assert isinstance(settings, RowsJob)
-    places = [
-        {"method": method, "dataset": dataset, "scene": scene}
-        for method in settings.methods
-        if method not in settings.absent
-    ]
+def _times(jobs: PlannedJobs, dataset: str, scene: str) -> WantedTimes:
+    settings = jobs.settings("runtime_table", RowsJob)
+    place = {"dataset": dataset, "scene": scene}
     return WantedTimes(
         dataset=dataset,
         methods=settings.methods,
         scene=scene,
         records=tuple(
-            WantedRecord(
-                method=place["method"],
-                path=Path(plan.records["runtime"].format(**place)),
-                scene=Path(plan.records["scene"].format(**place)),
-                logs=logs,
-                stale=why_left_out(logs, plan.stamps),
-            )
-            for place in places
-            for logs in [_logs(plan, ["runtime", "runtime_state"], place)]
+            WantedRecord(method, job.path, jobs.record("scene", place), job.logs, stale=job.stale)
+            for method in settings.methods
+            if method not in settings.absent
+            for job in [jobs.job("runtime", place | {"method": method})]
         ),
         absent=settings.absent,
-        published=tuple(map(Path, plan.published_times)),
-        summaries=_summaries(plan, dataset),
+        published=tuple(map(Path, jobs.plan.published_times)),
+        summaries=_summaries(jobs, dataset),
     )
 
 
-def _summaries(plan: RunPlan, dataset: str) -> dict[Summary, tuple[tuple[str, ...], Path]]:
-    names: tuple[Summary, ...] = ("memory", "detail") if with_memory(plan.config, dataset) else ("detail",)
+def _summaries(jobs: PlannedJobs, dataset: str) -> dict[Summary, tuple[tuple[str, ...], Path]]:
+    names: tuple[Summary, ...] = ("memory", "detail") if with_memory(jobs.plan.config, dataset) else ("detail",)
     found: dict[Summary, tuple[tuple[str, ...], Path]] = {}
     for name in names:
-        settings = settings_of(plan.config, f"runtime_summary/{name}")
-        assert isinstance(settings, SummaryJob)
+        settings = jobs.settings(f"runtime_summary/{name}", SummaryJob)
         found[name] = (settings.methods, Path(settings.published))
     return found
-
-
-def _logs(plan: RunPlan, own: list[str], place: dict[str, str]) -> tuple[Path, ...]:
-    """Return the logs of a job's own rules, then of the jobs that make what all jobs of its scene and method need."""
-    logs = [plan.logs[rule].format(**place) for rule in [*own, "scene", "kernels"]]
-    return tuple(map(Path, [*logs, *(_logs_of_weights(plan, place["method"]) if "method" in place else [])]))
-
-
-def _logs_of_weights(plan: RunPlan, method: str) -> list[str]:
-    """Return the logs of the jobs that make the weights of a method, if any do."""
-    made = weights_of(plan.config, method)
-    if not isinstance(made, Made):
-        return []
-    rules = ("scene",) if made.rule == "niqe_fit" else ("distortions", "scene")
-    datasets = () if plan.config.distortions is None else plan.config.distortions.datasets
-    return [
-        plan.logs[made.rule].format(scorer=made.name),
-        *(
-            plan.logs[rule].format(dataset=dataset, scene=scene)
-            for dataset in datasets
-            for scene in plan.scenes[dataset]
-            for rule in rules
-        ),
-    ]

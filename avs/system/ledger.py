@@ -7,7 +7,7 @@ one that ``sha256sum --check`` reads as well, since that passes over lines that 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -58,10 +58,14 @@ class Origin:
         """
         return self.stamp != stamp or set(self.read) != set(read) or self.is_outdated()
 
-    def is_outdated(self) -> bool:
-        """Return whether a file that was read holds something else now; one that no job makes may not be gone."""
-        read = any(digest(path) not in (told, None) for path, told in self.read.items())
-        return read or any(digest(path) != told for path, told in self.opened.items())
+    def is_outdated(self, digest_of: Callable[[str], str | None] = digest) -> bool:
+        """Return whether a file that was read holds something else now; one that no job makes may not be gone.
+
+        Args:
+            digest_of: returns the SHA-256 of a file, or None where there is none.
+        """
+        read = any(digest_of(path) not in (told, None) for path, told in self.read.items())
+        return read or any(digest_of(path) != told for path, told in self.opened.items())
 
 
 def ledger_of(log: Path) -> Path:
@@ -118,36 +122,6 @@ def has_ended(log: Path) -> bool:
         return False
 
 
-def why_stale(logs: Sequence[Path], stamps: Mapping[str, str]) -> str | None:
-    """Return why what a job wrote does not count, or None if it does or nothing of the kind is known.
-
-    Args:
-        logs: of the job itself, then of the jobs that it waits for.
-        stamps: what the last run tells each of its jobs of their sources, by log; empty if nothing is known.
-    """
-    own, *others = logs
-    known = [log for log in others if str(log) in stamps]
-    if not stamps:
-        return None
-    if str(own) not in stamps:
-        return "it was no part of the last run, so that nothing tells whether it is current"
-    origins = [(origin_of(log), stamps[str(log)]) for log in (own, *known)]
-    if any(origin is None or origin.stamp != stamp for origin, stamp in origins):
-        return "it was made with other code or of other files than the last run had"
-    outdated = any(origin is not None and origin.is_outdated() for origin, _ in origins)
-    return "it was made from other files than are there now" if outdated else None
-
-
-def why_left_out(logs: Sequence[Path], stamps: Mapping[str, str]) -> str | None:
-    """Return why what a job wrote does not count, as ``why_stale`` does, or because it is not what the job wrote.
-
-    This hashes what was written, which is too slow for what looks again every few seconds.
-    """
-    damage = _check(ledger_of(logs[0])) if stamps else None
-    changed = None if damage is None or not damage.changed else damage.changed[0].name
-    return why_stale(logs, stamps) or (changed and f"{changed} holds something else than its job wrote")
-
-
 def find_damage(folder: Path) -> list[Damage]:
     """Check every list in ``folder`` and return what is damaged; a job of which nothing is left is not.
 
@@ -156,6 +130,11 @@ def find_damage(folder: Path) -> list[Damage]:
     """
     found = (_check(path) for path in sorted(folder.rglob(f"*{SUFFIX}")))
     return [damage for damage in found if damage is not None]
+
+
+def damage_of(log: Path) -> Damage | None:
+    """Return what is damaged of what the job that writes to ``log`` wrote, if anything is."""
+    return _check(ledger_of(log))
 
 
 def _check(ledger: Path) -> Damage | None:

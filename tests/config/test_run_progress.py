@@ -63,6 +63,16 @@ def test_what_was_made_of_other_files_is_to_come(plan):
     assert states(job_statuses(other, BEGUN, is_alive=True))["done"] == "to come"
 
 
+def test_what_follows_a_job_that_has_not_ended_is_to_come_though_it_ended_once(plan):
+    done, runs, failed = (f"results/ci/logs/episodes/orbit/{name}.log" for name in ("done", "runs", "failed"))
+    for earlier in (runs, failed):
+        found = job_statuses(plan.model_copy(update={"waits_for": {done: (earlier,)}}), BEGUN, is_alive=True)
+        assert states(found)["done"] == "to come"
+        assert {each.log.stem for each in found if each.is_held} == ({"done"} if earlier == failed else set())
+    lines = status_lines(found, {"episodes": 60.0}, is_alive=True)
+    assert "1 of those to come wait for a job that failed, and are not counted below" in lines
+
+
 def test_the_time_left_is_that_of_jobs_of_the_same_kind(tmp_path):
     for number, seconds in enumerate((10, 30)):
         for output in ("a", "b"):  # two files of one job count once

@@ -1,6 +1,7 @@
 """Episodes that capture the views of another method's episode, on a reconstruction that this method has not changed."""
 
 import json
+from pathlib import Path
 
 import pytest
 from factories import small_scene
@@ -158,7 +159,7 @@ def test_a_followed_method_needs_its_scorer(follower):
 
 def test_a_missing_episode_is_explained_by_the_log_of_the_one_that_it_follows(tmp_path):
     place = "{dataset}-{scene}-{method}-{seed}"
-    logs = {name: str(tmp_path / f"{name}.log") for name in ("scene", "kernels", "common_states", "views")}
+    own, followed = (str(tmp_path / f"orbit-orbit_0-{name}-0.log") for name in ("activenerf-views", "activenerf"))
     plan = RunPlan(
         results=str(tmp_path),
         config=load(MINIMAL | {"coverage": None}),
@@ -171,10 +172,9 @@ def test_a_missing_episode_is_explained_by_the_log_of_the_one_that_it_follows(tm
             "common_states": str(tmp_path / "states.json"),
             "runtime": "",
         },
-        logs=logs | {"episode": str(tmp_path / f"{place}.log")},
+        logs={"common_states": str(tmp_path / "states.log"), "episode": str(tmp_path / f"{place}.log")},
+        waits_for={own: (followed,)},
     )
     (table,) = unfinished(plan).tables
     (wanted,) = table.episodes
-    names = [log.name for log in wanted.logs]
-    assert names[0] == "orbit-orbit_0-activenerf-views-0.log"
-    assert "orbit-orbit_0-activenerf-0.log" in names
+    assert wanted.logs == (Path(own), Path(followed))

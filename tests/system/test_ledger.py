@@ -10,7 +10,7 @@ import pytest
 from avs.system.code_inputs import digest
 from avs.system.files import write_text
 from avs.system.job_process import job
-from avs.system.ledger import Origin, find_damage, ledger_of, origin_of, why_left_out, why_stale, write_ledger
+from avs.system.ledger import Origin, find_damage, origin_of, write_ledger
 
 LARGE = "x" * 1_100_000
 
@@ -139,31 +139,3 @@ def test_a_job_differs_with_its_stamp_its_inputs_and_what_they_hold_whatever_the
     settings.unlink()
     fresh_digests()
     assert not origin.differs("code", [str(settings)]), "what is not there is made first"
-
-
-def test_what_other_code_made_or_is_of_other_files_than_there_are_is_stale(tmp_path, fresh_digests):
-    own, scene, record = tmp_path / "episode.log", tmp_path / "scene.log", tmp_path / "scene.json"
-    record.write_text("48 px")
-    stamps = {str(own): "code", str(scene): "photographs"}
-    write_ledger(scene, [], Origin("photographs"))
-    write_ledger(own, [], Origin("code", {str(record): digest(str(record))}))
-    assert why_stale((own, scene), stamps) is None
-    assert why_stale((own, scene), {}) is None
-    assert "no part of the last run" in why_stale((own, scene), {str(scene): "photographs"})
-    assert "other code" in why_stale((own, scene), stamps | {str(own): "other code"})
-    assert "other code" in why_stale((own, scene), stamps | {str(scene): "other photographs"})
-    record.write_text("64 px")
-    fresh_digests()
-    assert "other files than are there now" in why_stale((own, scene), stamps)
-    ledger_of(own).unlink()
-    assert "other code" in why_stale((own, scene), stamps)
-
-
-def test_a_file_that_its_job_did_not_write_does_not_count(tmp_path):
-    """As another record, whole in itself, that was copied over it."""
-    own, record = tmp_path / "episode.log", tmp_path / "episode.json"
-    record.write_text("21 dB")
-    write_ledger(own, [record], Origin("code"))
-    assert why_left_out((own,), {str(own): "code"}) is None
-    record.write_text("29 dB")
-    assert why_left_out((own,), {str(own): "code"}) == "episode.json holds something else than its job wrote"

@@ -1,5 +1,7 @@
 # Tables, from records and nothing else.
 
+import hashlib
+
 from avs.config.method_weights import with_weights_at_hand
 from avs.config.run_plan import PLAN_NAME, RunPlan
 from avs.system.records import write_record
@@ -18,24 +20,13 @@ INCOMPLETE = f"{RESULTS}/tables_incomplete"
 def write_plan():
     """Write what this run asks for, before its first job."""
     logs = {
-        "scene": rules.scene.log[0],
-        "kernels": rules.kernels.log[0],
-        "distortions": rules.distortions.log[0],
-        "scorer_train": rules.scorer_train.log[0],
-        "niqe_fit": rules.niqe_fit.log[0],
-        "statistics_fit": rules.statistics_fit.log[0],
-        "views": rules.episode.log[0].replace(".log", ".views.log"),
         "episode": rules.episode.log[0],
         "common_states": rules.common_states.log[0],
         "held_out_scores": rules.held_out_scores.log[0],
-        "runtime_state": rules.runtime_state.log[0],
         "runtime": rules.runtime.log[0],
         "sensitivity_episode": rules.sensitivity_episode.log[0],
         "agnostic_episode": rules.agnostic_episode.log[0],
-        "stereo_kernels": rules.stereo_kernels.log[0],
-        "coverage_reference": rules.coverage_reference.log[0],
         "coverage": rules.coverage.log[0],
-        "building": rules.building.log[0],
         "exploration": rules.exploration.log[0],
     }
     records = {
@@ -71,6 +62,13 @@ def write_plan():
             )
             for job, before in workflow.dag.dependencies.items()
             if job.log
+        },
+        settings={
+            str(job.output[0]): hashlib.sha256(
+                f"{settings_text(job.wildcards)}\n".encode()
+            ).hexdigest()
+            for job in workflow.dag.jobs
+            if job.rule.name == "settings"
         },
     )
     write_record(Path(PLAN), plan)
