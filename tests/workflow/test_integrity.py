@@ -151,14 +151,17 @@ def test_an_outdated_page_that_is_not_asked_for_is_set_aside(copied):
     assert planned(copied)[0] == set()
 
 
-def run_killed(folder):
-    """Run the workflow so that each job dies as it starts, as the out-of-memory killer ends one."""
+def run_killed(folder, spared=("report",)):
+    """Run the workflow so that each job dies as it starts, as the out-of-memory killer ends one.
+
+    Commands that are spared do not: what the workflow prints at its end is no job.
+    """
     killer = folder / "killer"
-    killer.mkdir()
-    # Python imports it before all else; what the workflow prints at its end is no job.
+    killer.mkdir(exist_ok=True)
+    # Python imports it before all else.
     (killer / "sitecustomize.py").write_text(
         "import os, sys\n"
-        "if sys.orig_argv[1:3] == ['-m', 'avs'] and 'report' not in sys.orig_argv:\n"
+        f"if sys.orig_argv[1:3] == ['-m', 'avs'] and not set({list(spared)}) & set(sys.orig_argv):\n"
         "    os.kill(os.getpid(), 9)\n"
     )
     variables = environment() | {"PYTHONPATH": str(killer)}
@@ -175,6 +178,34 @@ def test_a_job_that_died_after_a_change_runs_again(copied):
     assert not (copied / EPISODE).exists()
     assert not list((copied / RESULTS / "tables").glob("nvs*"))
     assert planned(copied)[0] >= {"episode"} | SHOWN
+
+
+def test_tables_of_an_unfinished_run_do_not_outlive_the_settings_that_they_are_of(copied):
+    """As after a run that failed, and one with other settings that was killed at its first job."""
+    name = f"{RESULTS}/tables_incomplete"
+    (copied / "tiny.yaml").write_text(yaml.safe_dump(tiny() | {"selectors": {"random": {"reshuffle": True}}}))
+    for text in ("of an earlier run", "of a later one"):  # which takes the place of the earlier one
+        (copied / name).mkdir()
+        (copied / name / "nvs_orbit.md").write_text(text)
+        result = run_killed(copied, spared=())
+        assert f"{name}: is of an earlier run; set aside as {RESULTS}/set_aside/tables_incomplete\n" in result.stderr
+        assert not (copied / name).exists()
+        assert (copied / RESULTS / "set_aside/tables_incomplete/nvs_orbit.md").read_text() == text
+
+
+def test_such_tables_move_too_where_a_target_is_not_asked_for_whose_settings_change(copied):
+    variants = {"sensitivity": {"methods": ["random"], "variants": {"late": {"protocol": {"iterations": 14}}}}}
+    (copied / "tiny.yaml").write_text(yaml.safe_dump(tiny() | variants))
+    settings = copied / RESULTS / "settings/sensitivity_episode/late/random.json"
+    settings.parent.mkdir(parents=True)
+    settings.write_text("of other variants")
+    assert planned(copied)[0] == set()
+    (copied / RESULTS / "tables_incomplete").mkdir()
+    assert len(planned(copied)[0]) == 1  # one job, since without any nothing moves
+    assert (copied / RESULTS / "tables_incomplete").is_dir()
+    assert run(copied, "-j1", "tables").returncode == 0
+    assert (copied / RESULTS / "set_aside/tables_incomplete").is_dir()
+    assert planned(copied)[0] == set()
 
 
 def test_settings_that_changed_are_seen_whatever_the_times(copied):

@@ -65,10 +65,14 @@ def test_the_scheduler_counts_jobs_only_when_it_is_told_to(edited, given):
 def test_the_plan_of_a_run_finds_all_that_its_tables_are_made_from(finished, monkeypatch):
     from avs.config.run_plan import RunPlan
     from avs.config.unfinished_run import unfinished
+    from avs.system.files import file_hash
     from avs.system.records import read_record
 
     monkeypatch.chdir(finished)
-    run = unfinished(read_record(Path("results/tiny/plan.json"), RunPlan))
+    plan = read_record(Path("results/tiny/plan.json"), RunPlan)
+    written = {str(path): file_hash(path) for path in Path("results/tiny/settings").rglob("*.json")}
+    assert plan.settings == written
+    run = unfinished(plan)
     (table,) = run.tables
     assert {wanted.method for wanted in table.episodes} == set(METHODS)
     for wanted in table.episodes:

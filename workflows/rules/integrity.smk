@@ -26,9 +26,11 @@ OLD = set()  # those of them that would be made again if they were asked for
 
 
 def set_aside(path, fault):
-    """Move a file out of the way, to the same path within another folder, and say why."""
+    """Move a file or a folder out of the way, to the same path within another folder, and say why."""
     target = Path(SET_ASIDE, path.relative_to(RESULTS))
     target.parent.mkdir(parents=True, exist_ok=True)
+    if path.is_dir():
+        shutil.rmtree(target, ignore_errors=True)
     path.replace(target)
     print(f"{path}: {fault}; set aside as {target}", file=sys.stderr)
 
@@ -207,7 +209,8 @@ def check_results():
     outside = {path for folder in SHOWN for path in folder.glob("*")}.difference(
         *shown_outputs()
     )
-    told = {str(path) for path in [*again, *outdated_settings()]}
+    outdated = outdated_settings()
+    told = {str(path) for path in [*again, *outdated]}
     incomplete = PersistenceBase.incomplete
 
     async def incomplete_too(self, job):
@@ -236,7 +239,8 @@ def check_results():
             if not again.isdisjoint(map(id, behind)):
                 OLD.add(path)
         own = [path for job in dag.jobs for path in job.output if is_shown(Path(path))]
-        if own and (OLD or outside or not Path(PLAN).exists()):
+        incomplete_is_old = Path(INCOMPLETE).exists() and outdated
+        if own and (OLD or outside or incomplete_is_old or not Path(PLAN).exists()):
             told.add(min(own))
 
     create_report = workflow.create_report
@@ -253,7 +257,12 @@ def check_results():
 
 
 def set_outdated_aside():
-    """Take away what was changed, and tables and figures that are of another run or are to be made again."""
+    """Take away what was changed, and tables and figures that are of another run or are to be made again.
+
+    Tables of what was there of an unfinished run tell of what is there no more as soon as jobs begin.
+    """
+    if Path(INCOMPLETE).is_dir():
+        set_aside(Path(INCOMPLETE), "is of an earlier run")
     changed = {path for each in DAMAGE for path in each.changed if path.is_file()}
     for path in sorted(changed):
         if path.is_relative_to(RESULTS) and ".." not in path.parts:
