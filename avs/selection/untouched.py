@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
 from typing import Protocol, runtime_checkable
 
 from avs.representations.base import unwrapped
@@ -28,7 +29,13 @@ class Fingerprinted(Protocol):
 
 
 @contextlib.contextmanager
-def untouched(label: str, state: State, *, disposable: bool = False) -> Iterator[None]:
+def untouched(
+    label: str,
+    state: State,
+    *,
+    disposable: bool = False,
+    aside: Callable[[], AbstractContextManager[None]] = contextlib.nullcontext,
+) -> Iterator[None]:
     """Refuse a method that changes in the block what it is shown in ``state``: the episode goes on with it.
 
     Photographs are marked read-only, but a tensor that shares their memory is not, and the mark can be taken off.
@@ -37,19 +44,22 @@ def untouched(label: str, state: State, *, disposable: bool = False) -> Iterator
         label: printed name of the method.
         state: what the method is shown.
         disposable: whether the reconstruction is used for nothing else, so that it may change.
+        aside: stops a clock that runs around the block while the check looks.
 
     Raises:
         UserError: the reconstruction was fitted further or written into, a photograph was, or a setting of torch that
             holds for the whole process was changed; it is restored.
     """
-    progress, tensors, pixels = _progress(state), _tensors(state), _pixels(state)
+    with aside():
+        progress, tensors, pixels = _progress(state), _tensors(state), _pixels(state)
     with unchanged(label):
         yield
-    faults = {
-        "went on fitting the reconstruction that it was shown": _progress(state) != progress,
-        "wrote into the reconstruction that it was shown": _tensors(state) != tensors,
-        _PHOTOGRAPHS: _pixels(state) != pixels,
-    }
+    with aside():
+        faults = {
+            "went on fitting the reconstruction that it was shown": _progress(state) != progress,
+            "wrote into the reconstruction that it was shown": _tensors(state) != tensors,
+            _PHOTOGRAPHS: _pixels(state) != pixels,
+        }
     for fault, found in faults.items():
         if found and (not disposable or fault == _PHOTOGRAPHS):
             raise UserError(f"method {label}", fault, _REMEDY)

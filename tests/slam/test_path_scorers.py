@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,12 +10,14 @@ import torch
 from building_factory import room, textured
 from tolerances import SLAM_FISHER
 
+from avs.selection import untouched
 from avs.selection.contract import Method, Selection
 from avs.slam.building.robot_camera import CameraSettings, Pose, camera_at
 from avs.slam.building.simulator import Simulator
 from avs.slam.evaluation.seen_surface import SeenSurface, surface_samples
 from avs.slam.exploration.frontiers import Candidate
 from avs.slam.exploration.planned_paths import PlannedPath
+from avs.slam.loop import clocks
 from avs.slam.mapping.map_view import MapView
 from avs.slam.mapping.mapper import Mapper
 from avs.slam.mapping.mapper_settings import KeyframeSettings, MapperSettings
@@ -193,6 +196,24 @@ def test_a_method_is_shown_keyframes_as_captured_views(moment):
     assert len(own.state.candidates) == 3
     assert own.state.truth is None
     assert own.state.captured.images[0].dtype == np.uint8
+
+
+def test_looking_whether_a_method_changed_anything_is_no_part_of_its_time(moment, monkeypatch):
+    passed = [0.0]
+
+    def taking(seconds, value=None):
+        passed[0] += seconds
+        return value
+
+    monkeypatch.setattr(clocks, "time", SimpleNamespace(perf_counter=lambda: passed[0]))
+    monkeypatch.setattr(untouched, "_pixels", lambda state: taking(100.0))
+    method, own = selector("lowest")
+    own.score = lambda state: taking(1.0, np.zeros(len(state.candidates)))
+    scorer, watch = SelectorScorer(method, own, SelectorPathSettings(method="b", views="endpoint")), clocks.Clocks()
+    begin = watch.now()
+    with watch.of("score"):
+        scorer.score(replace(moment, aside=watch.aside), Shortlist(np.arange(3)), paths(moment))
+    assert (watch.seconds["score"], watch.now() - begin, passed[0]) == (1.0, 1.0, 201.0)
 
 
 def test_a_map_renders_for_methods_as_for_itself(moment):

@@ -18,10 +18,24 @@ class Clocks:
     decisions: list[float] = field(default_factory=list)
     scores: list[float] = field(default_factory=list)
     memory: list[int] = field(default_factory=list)
+    _aside: float = 0.0
+
+    def now(self) -> float:
+        """Return a moment in seconds; between two moments nothing is counted of what was done aside."""
+        return time.perf_counter() - self._aside
+
+    @contextmanager
+    def aside(self) -> Iterator[None]:
+        """Leave the time of the block out of every count: a check, which is no part of what is measured."""
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self._aside += time.perf_counter() - start
 
     @contextmanager
     def of(self, module: str) -> Iterator[None]:
         """Count the time of the block for ``module``."""
-        start = time.perf_counter()
+        start = self.now()
         yield
-        self.seconds[module] += time.perf_counter() - start
+        self.seconds[module] += self.now() - start

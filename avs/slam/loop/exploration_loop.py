@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -120,7 +119,7 @@ class Exploration:
         if self.step >= self.plan.steps:
             self.ended = BUDGET_SPENT
             return
-        start, before = time.perf_counter(), self.clocks.seconds["score"]
+        start, before = self.clocks.now(), self.clocks.seconds["score"]
         moment, options = self.options(scorer)
         if options is None:
             self.ended = "no frontier is left that can be reached, and no other place can be"
@@ -130,7 +129,7 @@ class Exploration:
         if scores.shape != (len(options.paths),) or not np.isfinite(scores).all():
             raise ValueError(f"{scorer.label} returned scores that are not {len(options.paths)} finite numbers")
         chosen = int(np.argmax(scores))
-        self.clocks.decisions.append(time.perf_counter() - start)
+        self.clocks.decisions.append(self.clocks.now() - start)
         self.clocks.scores.append(self.clocks.seconds["score"] - before)
         began, pose = self.step, self.pose
         path = options.paths[chosen]
@@ -236,7 +235,8 @@ class Exploration:
 
     def _moment(self, drawn: list[Candidate]) -> Moment:
         tensors, keyframes, rng = self.mapper.tensors, self.mapper.keyframes, self._generator("decision")
-        return Moment(self.believed, drawn, tensors, keyframes, self.settings.camera, rng, len(self.decisions))
+        camera, decision = self.settings.camera, len(self.decisions)
+        return Moment(self.believed, drawn, tensors, keyframes, camera, rng, decision, self.clocks.aside)
 
     def _generator(self, use: str) -> np.random.Generator:
         """Return the generator of one use at this decision: what is drawn for another does not show in its draws."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -31,6 +32,7 @@ class Moment:
         camera: of the robot.
         rng: generator for random choices; its state depends on the building, the seed and the decision alone.
         decision: number of the decision, from 0.
+        aside: stops the clock of the decision for a block that is a check and no part of it.
     """
 
     pose: Pose
@@ -40,6 +42,7 @@ class Moment:
     camera: CameraSettings
     rng: np.random.Generator
     decision: int
+    aside: Callable[[], AbstractContextManager[None]] = nullcontext
 
 
 @dataclass(frozen=True)

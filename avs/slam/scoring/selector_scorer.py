@@ -44,7 +44,7 @@ class SelectorScorer:
             rng=moment.rng,
             step=moment.decision,
         )
-        with untouched(self._method.label, state):
+        with untouched(self._method.label, state, aside=moment.aside):
             selection = select_views(self._method, self._selector, state, 1)
         scores = selection.scores
         if scores is None or (selection.scored is not None and not selection.scored.all()):
