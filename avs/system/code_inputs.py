@@ -98,6 +98,11 @@ def sources_of_inputs(results: str) -> Callable[[object, Iterable[str]], list[st
 @functools.cache
 def digest(path: str) -> str | None:
     """Return the SHA-256 of a file as this process has met it first, or None where there is none."""
+    return digest_now(path)
+
+
+def digest_now(path: str) -> str | None:
+    """Return the SHA-256 of a file as it is now, or None where there is none."""
     try:
         status = Path(path).stat()
         return file_hash(path) if status.st_size <= SMALL else known_digest(path)

@@ -19,7 +19,7 @@ from avs.system.code_inputs import ABSENT, digest
 from avs.system.faults import Terminated, ending
 from avs.system.files import touched
 from avs.system.job_command import command_digest
-from avs.system.ledger import Origin, write_ledger
+from avs.system.ledger import Origin, from_here, write_ledger
 from avs.system.loaded_sources import check_loaded
 from avs.system.opened_files import read_beside, watch_opened
 
@@ -67,9 +67,8 @@ def remember_sources(stamp: str | None, read: Iterable[str], planned_with: Path 
 def _with_opened(origin: Origin, written: Sequence[Path]) -> Origin:
     """Return where a job's results come from, with the files that it has read beside those it was told of."""
     known = [*map(Path, origin.read), *written]
-    here = Path.cwd()
-    paths = (path.relative_to(here) if path.is_relative_to(here) else path for path in read_beside(known))
-    return replace(origin, opened={str(path): digest(str(path)) or ABSENT for path in paths})
+    paths = (str(from_here(path)) for path in read_beside(known))
+    return replace(origin, opened={path: digest(path) or ABSENT for path in paths})
 
 
 class Console:

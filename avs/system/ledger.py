@@ -81,11 +81,17 @@ def write_ledger(log: Path, written: Iterable[Path], origin: Origin | None = Non
         written: all files that it wrote.
         origin: what it was made from, where that is known.
     """
-    here = Path.cwd()
     paths = sorted({path.absolute() for path in written if path.is_file()})
-    told = [path.relative_to(here) if path.is_relative_to(here) else path for path in paths]
     with atomic_path(ledger_of(log), listed=False) as temporary:
-        temporary.write_text(_head(origin) + checksum_lines(told), encoding="utf-8", errors="surrogateescape")
+        temporary.write_text(
+            _head(origin) + checksum_lines(map(from_here, paths)), encoding="utf-8", errors="surrogateescape"
+        )
+
+
+def from_here(path: Path) -> Path:
+    """Return an absolute path as lists have it: from the current folder, where it is in there."""
+    here = Path.cwd()
+    return path.relative_to(here) if path.is_relative_to(here) else path
 
 
 def _head(origin: Origin | None) -> str:

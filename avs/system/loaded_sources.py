@@ -10,7 +10,7 @@ from avs.system.checksums import checksum_lines, read_checksums
 from avs.system.code_inputs import ABSENT, PACKAGES, ROOT, digest
 from avs.system.errors import UserError
 from avs.system.files import atomic_path
-from avs.system.opened_files import loaded, opened
+from avs.system.opened_files import libraries, loaded, opened
 
 _STARTED = time.time()
 
@@ -41,18 +41,23 @@ def check_loaded(listed: Path) -> None:
     """
     told = read_checksums(listed)
     for path in _loaded(told):
-        name = _name(path)
-        if told.get(name) != digest(str(path)) or path.stat().st_mtime > _STARTED:
+        if told.get(_name(str(path))) != digest(str(path)) or path.stat().st_mtime > _STARTED:
             raise UserError(path, "changed while the run went on, so that nothing of this job is kept", "run again")
 
 
-def _name(path: Path) -> str:
+def _name(path: str) -> str:
     """Return the path of a file as lists have it: from this project's folder, where it is in there."""
-    return path.relative_to(ROOT).as_posix() if path.is_relative_to(ROOT) else str(path)
+    return path.removeprefix(f"{ROOT}/")
 
 
 def _loaded(told: Container[str]) -> Iterable[Path]:
     """Return the modules of this project that are loaded, and what else is listed and was loaded or opened."""
-    own = {path.resolve() for path in loaded() if path.suffix == ".py"}
-    others = {path for path in loaded() | opened() if _name(path) in told and path.is_file()}
-    return sorted(others.union(path for path in own if any(path.is_relative_to(ROOT / each) for each in PACKAGES)))
+    modules = loaded()
+    outside = (path for path in modules if path.endswith(".py") and not path.startswith(libraries()))
+    own = {path for path in (Path(each).resolve() for each in outside) if _is_own(path)}
+    others = {Path(path) for path in modules | opened() if _name(path) in told and Path(path).is_file()}
+    return sorted(own | others)
+
+
+def _is_own(path: Path) -> bool:
+    return any(path.is_relative_to(ROOT / package) for package in PACKAGES)

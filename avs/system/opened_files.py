@@ -11,6 +11,7 @@ import os
 import site
 import sys
 import sysconfig
+import threading
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -19,35 +20,34 @@ from avs.system.code_inputs import PACKAGES, ROOT
 from avs.system.installed_files import counts
 
 _opened: set[str] = set()
-# Whether the hook is there, which cannot be taken away again, and whether code of others runs here.
-_state = {"hooked": False, "wanted": False}
+_code_of_others = threading.Event()
 _HOME_OF_PROGRAMS = (".cache", ".config", ".nv", ".triton")
+_SYSTEM = ("/proc", "/sys", "/dev", "/etc", "/usr", "/lib", "/lib64", "/bin", "/run", "/var")
 
 
+@functools.cache
 def watch_opened() -> None:
     """Note each file that this process opens for reading from now on, by Python's own audit events.
 
     Libraries that open files by themselves, without Python, raise no such event.
     """
-    if not _state["hooked"]:
-        _state["hooked"] = True
-        sys.addaudithook(_note)
+    sys.addaudithook(_note)
 
 
 def expect_code_of_others() -> None:
     """Say that code runs in this process which somebody else may have written, so that what it reads matters."""
-    _state["wanted"] = True
+    _code_of_others.set()
 
 
-def opened() -> set[Path]:
+def opened() -> set[str]:
     """Return the absolute paths of the files that this process has opened for reading since ``watch_opened``."""
-    return {_absolute(path) for path in list(_opened)}
+    return _absolute(list(_opened))
 
 
-def loaded() -> set[Path]:
+def loaded() -> set[str]:
     """Return the absolute paths of the modules that are loaded, compiled ones too."""
     files = (getattr(module, "__file__", None) for module in list(sys.modules.values()))
-    return {_absolute(path) for path in files if isinstance(path, str)}
+    return _absolute(path for path in files if isinstance(path, str))
 
 
 def read_beside(known: Iterable[Path]) -> list[Path]:
@@ -57,15 +57,24 @@ def read_beside(known: Iterable[Path]) -> list[Path]:
     the workflow lists where a method brought them, the system's own, and what is gone by now. Nothing is returned where
     no code of others was to be expected.
     """
-    if not _state["wanted"]:
+    if not _code_of_others.is_set():
         return []
-    paths = opened() | loaded()
-    return sorted(path for path in paths.difference(map(_absolute, known)) if not _told_of(path) and path.is_file())
+    told = _absolute(map(str, known))
+    found = sorted(path for path in opened() | loaded() if path not in told and not _told_of(path))
+    return [path for path in map(Path, found) if path.is_file()]
 
 
-def _absolute(path: str | Path) -> Path:
-    """Return an absolute path without dots, whose links stay: what is listed is listed by the name that was given."""
-    return Path(os.path.normpath(Path(path).absolute()))
+@functools.cache
+def libraries() -> tuple[str, ...]:
+    """Return what the paths of the standard library and of installed packages begin with."""
+    folders = [sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")]
+    return tuple(f"{folder}/" for folder in (*folders, site.getusersitepackages()))
+
+
+def _absolute(paths: Iterable[str]) -> set[str]:
+    """Return absolute paths without dots, whose links stay: what is listed is listed by the name that was given."""
+    here = Path.cwd()
+    return {os.path.normpath(path if path.startswith("/") else here / path) for path in paths}
 
 
 def _note(event: str, arguments: tuple[Any, ...]) -> None:
@@ -77,19 +86,14 @@ def _note(event: str, arguments: tuple[Any, ...]) -> None:
         _opened.add(os.fsdecode(path))
 
 
-def _told_of(path: Path) -> bool:
-    """Return whether a file is none that a method may have been made of, or the workflow lists it."""
+def _told_of(name: str) -> bool:
+    """Return whether an absolute path is of nothing that a method may have been made of, or lists tell of it."""
+    if name.startswith(libraries()):  # nearly all of some thousand: before a path is made of it
+        return True
+    path = Path(name)
     project = next((folder for folder in (Path.cwd(), ROOT) if path.is_relative_to(folder)), None)
     if project is not None:
         own = path.relative_to(project).parts
         return own[0] in ("results", "tests") or (own[0] in PACKAGES and path.suffix == ".py") or not counts(own)
-    return not counts(path.parts[-1:]) or "\n" in str(path) or any(path.is_relative_to(each) for each in _elsewhere())
-
-
-@functools.cache
-def _elsewhere() -> list[Path]:
-    """Return the folders outside of this project's whose files are none of a method's."""
-    libraries = [sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")]
-    system = ["/proc", "/sys", "/dev", "/etc", "/usr", "/lib", "/lib64", "/bin", "/run", "/var"]
-    home = [Path.home() / name for name in _HOME_OF_PROGRAMS]
-    return [*map(Path, (*libraries, site.getusersitepackages(), *system)), *home]
+    elsewhere = (*map(Path, _SYSTEM), *(Path.home() / each for each in _HOME_OF_PROGRAMS))
+    return not counts(path.parts[-1:]) or "\n" in name or any(path.is_relative_to(each) for each in elsewhere)

@@ -9,7 +9,7 @@ import functools
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from avs.system.code_inputs import digest
+from avs.system.code_inputs import digest_now
 from avs.system.ledger import damage_of, has_ended, origin_of
 
 _OTHER_SOURCES = "it was made with other code or of other files than the last run had"
@@ -90,18 +90,18 @@ def _why_stale(log: str, stamp: str, settings: Mapping[str, str]) -> str | None:
         return _OTHER_SOURCES
     if any(settings.get(path, told) != told for path, told in origin.read.items()):
         return _OTHER_SETTINGS
-    return _OTHER_FILES if origin.is_outdated(_digest_now) else None
+    return _OTHER_FILES if origin.is_outdated(_digest_of) else None
 
 
-def _digest_now(path: str) -> str | None:
+def _digest_of(path: str) -> str | None:
     """Return the SHA-256 of a file as it is now, or None where there is none; one that has not changed is read once."""
     try:
         status = Path(path).stat()
     except OSError:
         return None
-    return _digest_of(path, (status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns))
+    return _digest_in_state(path, (status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns))
 
 
 @functools.cache
-def _digest_of(path: str, state: tuple[int, ...]) -> str | None:
-    return digest.__wrapped__(path)
+def _digest_in_state(path: str, state: tuple[int, ...]) -> str | None:
+    return digest_now(path)

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -57,13 +58,13 @@ def test_what_is_opened_or_loaded_is_found(tmp_path, word, found):
     ],
 )
 def test_of_the_project_only_what_no_list_tells_of_counts(name, counts):
-    assert opened_files._told_of(ROOT / name) is not counts
+    assert opened_files._told_of(str(ROOT / name)) is not counts
 
 
 def test_libraries_and_the_system_are_no_part_of_a_method():
     paths = (os.__file__, pytest.__file__, "/proc/self/status", Path.home() / ".cache/fonts.json")
-    assert all(opened_files._told_of(opened_files._absolute(path)) for path in paths)
-    assert not opened_files._told_of(Path.home() / "angles.json")
+    assert all(opened_files._told_of(path) for path in opened_files._absolute(map(str, paths)))
+    assert not opened_files._told_of(str(Path.home() / "angles.json"))
 
 
 def test_a_change_of_what_was_opened_is_seen(tmp_path, monkeypatch):
@@ -83,5 +84,5 @@ def test_a_change_of_what_was_opened_is_seen(tmp_path, monkeypatch):
 
 
 def test_nothing_is_looked_for_where_no_code_of_others_runs(monkeypatch):
-    monkeypatch.setitem(opened_files._state, "wanted", False)
+    monkeypatch.setattr(opened_files, "_code_of_others", threading.Event())
     assert read_beside([]) == []

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from avs.system.code_inputs import digest
+from avs.system.code_inputs import digest_now
 from avs.system.ledger import Origin, ledger_of, write_ledger
 from avs.system.stale_jobs import linked, stale_jobs, why_left_out
 
@@ -21,7 +21,7 @@ def ended(log, *read):
     """Let a job end that wrote a file of its own name."""
     written = Path(log).with_suffix(".out")
     written.write_text(f"of {log}")
-    origin = Origin(STAMPS[log], {path: digest.__wrapped__(path) for path in read})
+    origin = Origin(STAMPS[log], {path: digest_now(path) for path in read})
     write_ledger(Path(log), [written], origin)
 
 
@@ -43,7 +43,7 @@ def stale(**changes):
 
 def test_nothing_is_stale_of_a_run_that_has_ended_nor_where_nothing_is_known(run):
     assert stale() == {}
-    assert stale(settings={SETTINGS: digest.__wrapped__(SETTINGS)}) == {}
+    assert stale(settings={SETTINGS: digest_now(SETTINGS)}) == {}
     ledger_of(Path("fit.log")).unlink()
     assert stale(stamps={}) == {}
 
