@@ -71,6 +71,8 @@ onstart:
     set_outdated_aside()
     write_plan()
     write_sources(Path(CODE), code_of_methods())
+    if workflow.local_exec and settings.device == "cpu":
+        job_server.start()
 
 
 onsuccess:

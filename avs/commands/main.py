@@ -34,7 +34,8 @@ from avs.commands import (
     weights,
 )
 from avs.system.compatibility import prepare_environment
-from avs.system.job_process import die_with_parent, remember_sources
+from avs.system.job_process import remember_sources
+from avs.system.parent_process import die_with_parent
 
 HELP = "Active view selection. One command per rule of the workflow, of the same name; every path is an argument."
 STAGES = (

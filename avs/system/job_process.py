@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import os
 import shutil
 import signal
@@ -23,29 +22,11 @@ from avs.system.ledger import Origin, from_here, write_ledger
 from avs.system.loaded_sources import check_loaded
 from avs.system.opened_files import read_beside, watch_opened
 
-_PR_SET_PDEATHSIG = 1
-
 _READER_GONE = 141  # as shells have it: 128 and the number of the signal PIPE
 
 # What this process was told of what its job is made from, and a list of the code.
 _origins: list[Origin] = []
 _planned_with: list[Path] = []
-
-
-def die_with_parent() -> None:
-    """Ask Linux to kill this process when its parent dies, so that no job outlives a killed run and goes on writing."""
-    if not sys.platform.startswith("linux"):
-        return
-    parent = os.getppid()
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != parent:  # the parent died before the request took effect
-        os.kill(os.getpid(), signal.SIGKILL)
-
-
-def outlive_parent() -> None:
-    """Take ``die_with_parent`` back, which a program that replaces this process would keep."""
-    if sys.platform.startswith("linux"):
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, 0)
 
 
 def remember_sources(stamp: str | None, read: Iterable[str], planned_with: Path | None, words: Sequence[str]) -> None:

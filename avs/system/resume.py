@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from avs.system.errors import UserError
-from avs.system.job_process import die_with_parent, outlive_parent
+from avs.system.parent_process import die_with_parent, outlive_parent
 
 
 def resume(arguments: list[str]) -> None:

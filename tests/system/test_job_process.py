@@ -126,7 +126,7 @@ def test_a_job_ends_with_its_parent(tmp_path):
     mark = tmp_path / "mark"
     child = f"""
 import time
-from avs.system.job_process import die_with_parent
+from avs.system.parent_process import die_with_parent
 die_with_parent()
 open({str(mark)!r}, "w").write("ready")
 time.sleep(60)

@@ -21,7 +21,7 @@ from avs.config.other_representations import kinds_of_run
 from avs.datasets import reader_registry
 from avs.representations import kinds
 from avs.selection import registry
-from avs.system import numerics
+from avs.system import job_server, numerics
 from avs.sfm import back_end_registry
 from avs.system.code_inputs import sources, sources_of_inputs, with_contents
 from avs.system.errors import UserError

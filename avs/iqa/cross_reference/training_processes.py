@@ -18,7 +18,7 @@ from avs.system.compatibility import prepare_torch
 from avs.system.devices import VARIABLE, take_device
 from avs.system.errors import UserError
 from avs.system.files import temporary_folder
-from avs.system.job_process import die_with_parent
+from avs.system.parent_process import die_with_parent
 
 
 @dataclass(frozen=True)
