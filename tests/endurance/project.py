@@ -119,5 +119,5 @@ def _jobs(parent):
     listed = subprocess.run(["ps", "-eo", "pid,sid,args"], capture_output=True, text=True, check=True).stdout
     rows = [line.split(None, 2) for line in listed.splitlines()[1:]]
     return sorted(
-        int(pid) for pid, session, args in rows if int(session) == parent and "-m avs " in args and "resume" not in args
+        int(pid) for pid, session, args in rows if int(session) == parent and "-m avs" in args and "resume" not in args
     )
