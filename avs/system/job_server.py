@@ -108,9 +108,9 @@ class Server:
             header, streams, _, _ = socket.recv_fds(connection, LENGTH.size, 3)
             told = json.loads(received(connection, LENGTH.unpack(header)[0]))
             request = Request(**told, streams=streams, asking=peer(connection)[0])
-            process = os.fork() if self._may(connection, request) else None
-            if process != 0:
-                connection.send(REFUSED if process is None else ACCEPTED)
+            may = self._may(connection, request)
+            connection.send(ACCEPTED if may else REFUSED)  # first, so that no job has begun where no answer came
+            process = os.fork() if may else None
         except (OSError, ValueError, struct.error):  # who asked was killed meanwhile, or there is no room for a process
             pass
         if process == 0:

@@ -1,6 +1,7 @@
 """Jobs that a run's server forks: the same work with the same end as of a process of its own."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -45,7 +46,8 @@ def project(tmp_path):
     system = tmp_path / "avs" / "system"
     system.mkdir(parents=True)
     for name in ("compatibility", "errors", "job_client", "job_server", "numerics", "parent_process", "stub_library"):
-        (system / f"{name}.py").write_bytes((ROOT / "avs" / "system" / f"{name}.py").read_bytes())
+        text = (ROOT / "avs" / "system" / f"{name}.py").read_text()
+        (system / f"{name}.py").write_text(re.sub("^LIBRARIES = .*$", "LIBRARIES = ()", text, flags=re.MULTILINE))
     (tmp_path / "avs" / "__main__.py").write_text(
         "from avs.system.job_client import run_by_server\nrun_by_server()\n" + textwrap.dedent(COMMANDS)
     )
@@ -57,7 +59,6 @@ def in_run(project, body, **variables):
     program = """
         import os, signal, subprocess, sys, time
         from avs.system import job_server
-        job_server.LIBRARIES = ()
         def words(*arguments):
             return [sys.executable, "-m", "avs", *map(str, arguments)]
         def job(*arguments, **options):
