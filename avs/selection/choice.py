@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avs.selection.contract import Direction, HasNotes, JointSelector, Method, Selection, Selector, State
-from avs.selection.global_state import unchanged
+from avs.system.global_state import unchanged
 
 
 def choose(scores: npt.NDArray[np.float64], k: int, chooses: Direction) -> npt.NDArray[np.int64]:

@@ -21,8 +21,8 @@ import numpy.typing as npt
 from avs.representations.base import Renderer, Representation
 from avs.scene.cameras import Cameras
 from avs.scene.views import Views
-from avs.selection.global_state import unchanged
 from avs.system.errors import UserError
+from avs.system.global_state import unchanged
 from avs.system.models import StrictModel
 
 ORACLE = "Oracle"

@@ -14,8 +14,8 @@ from avs.scene.scene import Scene
 from avs.scene.views import Views
 from avs.selection.choice import select_views
 from avs.selection.contract import Method, PreparesRepresentation, Selection, Selector, State, Truth
-from avs.selection.global_state import unchanged
 from avs.selection.untouched import untouched
+from avs.system.global_state import unchanged
 from avs.system.provenance import clock
 
 Builder = Callable[[IndexArray], Representation]

@@ -11,8 +11,8 @@ from typing import Protocol, runtime_checkable
 from avs.representations.base import unwrapped
 from avs.scene.views import Views
 from avs.selection.contract import State
-from avs.selection.global_state import unchanged
 from avs.system.errors import UserError
+from avs.system.global_state import unchanged
 
 _REMEDY = "let it work on a copy (capability copy, numpy.array)"
 

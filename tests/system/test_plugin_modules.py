@@ -1,19 +1,26 @@
 """A module that does not work is named, and the others are used."""
 
 import importlib.metadata
+import os
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
+import torch
 
 from avs.selection import registry
 from avs.system.errors import UserError
 from avs.system.plugin_modules import import_each
 
+ROOT = Path(__file__).resolve().parents[2]
 BROKEN = {
     "raises": "1 / 0",
     "ends": "import sys; sys.exit(3)",
     "needs": "import no_such_package",
     "misspells": "def",
     "is_deep": "def f(): f()\nf()",
+    "is_careless": "import torch\ntorch.set_grad_enabled(False)",
 }
 FAULTS = {
     "raises": "raises.py, line 1: ZeroDivisionError",
@@ -21,6 +28,7 @@ FAULTS = {
     "needs": "no_such_package: No module named",
     "misspells": "SyntaxError",
     "is_deep": "RecursionError",
+    "is_careless": "is_careless: changes settings of torch when it is imported: the gradient mode from True to False",
     "is_nowhere": "is_nowhere: No module named",
 }
 
@@ -43,6 +51,17 @@ def test_each_is_told_with_its_fault_and_the_others_are_imported(folder):
     assert list(working) == ["works"]
     assert broken.keys() == FAULTS.keys()
     assert all(FAULTS[name] in broken[name] and "\n" not in broken[name] for name in FAULTS)
+    assert torch.is_grad_enabled()
+
+
+def test_a_change_is_found_where_torch_was_not_imported_before(folder):
+    program = "import sys\nfrom avs.system.plugin_modules import import_each\nassert 'torch' not in sys.modules\n"
+    program += "print(import_each(['is_careless'])[1], sys.modules['torch'].is_grad_enabled())"
+    environment = os.environ | {"PYTHONPATH": str(folder)}
+    words = [sys.executable, "-c", program]
+    told = subprocess.run(words, cwd=ROOT, env=environment, capture_output=True, text=True, check=True).stdout
+    assert FAULTS["is_careless"] in told
+    assert told.endswith("True\n")
 
 
 def test_a_plug_in_that_nobody_lists_stops_nothing_and_is_named(folder, monkeypatch):

@@ -24,10 +24,10 @@ from avs.representations.base import FloatImages
 from avs.selection import registry
 from avs.selection.choice import notes_of
 from avs.selection.contract import Method, Resources, Selector
-from avs.selection.global_state import unchanged
 from avs.system.devices import take_device
 from avs.system.errors import UserError
 from avs.system.files import file_hash
+from avs.system.global_state import unchanged
 from avs.system.numerics import in_force
 from avs.system.records import write_record
 

@@ -8,9 +8,9 @@ import torch
 
 from avs.selection.choice import notes_of
 from avs.selection.contract import Method, Resources, Settings
-from avs.selection.global_state import kept
 from avs.selection.session import preparing, timed_selection
 from avs.system.errors import UserError
+from avs.system.global_state import kept
 
 
 @pytest.mark.parametrize(
@@ -18,6 +18,7 @@ from avs.system.errors import UserError
     [
         (lambda: torch.set_grad_enabled(False), "the gradient mode from True to False"),
         (lambda: torch.set_default_dtype(torch.float64), "the default type from torch.float32 to torch.float64"),
+        (lambda: torch.set_float32_matmul_precision("medium"), "the precision of products from highest to medium"),
         (lambda: torch.use_deterministic_algorithms(True), "the use of deterministic algorithms from False to True"),
     ],
 )
