@@ -22,13 +22,15 @@ def reference(
 ) -> None:
     """Compare a run with the results in results/reference, value by value; status 1 if it is too far from them."""
     with job(None):
+        from avs.config.run_episodes import episodes_of_run
         from avs.report import kept_results as kept
 
+        episodes = episodes_of_run(results)
         place = folder or Path("results/reference") / results.resolve().name
         if keep is not None:
-            kept.keep(results, place, keep, figure or [])
+            kept.keep(results, episodes, place, keep, figure or [])
             return
-        bits = kept.same_bits(results, place)
+        bits = kept.same_bits(results, episodes, place)
         print("the same bits are expected" if bits else "other numerics, packages or machines: tolerances hold")
         found = list(kept.deviations(results, place))
         for each in found:

@@ -15,6 +15,7 @@ from avs.nvs.record import Episode, EpisodeMeta
 from avs.nvs.timing_record import Runtime
 from avs.scene.scene import SceneFile
 from avs.slam.loop.exploration_record import ExplorationMeta, ExplorationRecord
+from avs.system.computed_by import ComputedBy
 from avs.system.files import write_json
 from avs.system.records import DIGEST
 
@@ -28,6 +29,7 @@ SCHEMAS: dict[str, type[BaseModel]] = {
     "runtime.json": Runtime,
     "coverage.json": Coverage,
     "coverage.meta.json": CoverageMeta,
+    "computed_by.json": ComputedBy,
     "reference.json": Reference,
     "exploration.json": ExplorationRecord,
     "exploration.meta.json": ExplorationMeta,

@@ -30,10 +30,10 @@ from avs.selection.contract import Method, PreparesRepresentation, Resources, Se
 from avs.selection.session import Builder, Session, preparing
 from avs.selection.truth import gains, sample, true_metrics
 from avs.selection.untouched import untouched
+from avs.system.computed_by import write_computed_by
 from avs.system.devices import take_device
 from avs.system.errors import UserError
 from avs.system.files import file_hash, temporary_folder
-from avs.system.numerics import in_force
 from avs.system.provenance import clock
 from avs.system.records import write_record
 from avs.system.seeds import seed_of
@@ -51,6 +51,8 @@ def write_common_states(
     progress: Progress,
 ) -> None:
     """Measure the truth at the common states of a scene, let every method score them, and write the record to ``out``.
+
+    What it was computed with goes beside it, to ``*.meta.json``.
 
     A method that fails leaves the others as they are: the record has the reason in the place of its scores.
 
@@ -81,12 +83,12 @@ def write_common_states(
         settings=settings.common_states.model_dump(mode="json"),
         captured=[scene.names[row] for row in states.order[: states.moments[-1].views]],
         device=settings.device,
-        numerics=in_force(),
         notes=states.notes,
         states=measured,
         methods=methods,
     )
     write_record(out, record)
+    write_computed_by(out, settings.device)
 
 
 @dataclass(frozen=True)

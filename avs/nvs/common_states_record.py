@@ -63,7 +63,6 @@ class CommonStates(StrictModel):
     settings: dict[str, Any] = Field(description="which states, and how the gain is measured")
     captured: list[str] = Field(description="image names in the order of capture, up to the last state")
     device: str = Field(default="cpu", description="where it was computed")
-    numerics: str | None = Field(default=None, description="portable or native (docs/numerics.md); null if not known")
     notes: list[str] = Field(description="deviations that the table repeats, such as a capped budget")
     states: list[CommonState]
     methods: list[ScoredMethod]

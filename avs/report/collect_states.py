@@ -21,11 +21,13 @@ class StateRecords:
         cells: by scene and seed, ascending.
         missing: why a record that the run asks for is not there, by scene and seed; empty where the run is complete or
             nothing is known of it.
+        paths: the files.
     """
 
     dataset: str
     cells: dict[Cell, CommonStates]
     missing: Mapping[Cell, str] = field(default_factory=dict)
+    paths: Sequence[Path] = ()
 
     @property
     def scenes(self) -> list[str]:
@@ -71,7 +73,7 @@ def read_states(paths: Sequence[Path], dataset: str) -> StateRecords:
     hashes: dict[str, str] = {}
     for cell, record in cells.items():
         _check_comparable(places[cell], record, first, hashes.setdefault(record.scene, record.scene_hash))
-    return StateRecords(dataset, dict(sorted(cells.items())))
+    return StateRecords(dataset, dict(sorted(cells.items())), paths=tuple(paths))
 
 
 def _scored(record: CommonStates, method: str) -> ScoredMethod | None:

@@ -57,5 +57,5 @@ def incomplete_scorers(wanted: WantedScorers) -> Document:
     if missing:
         fault = f"{len(missing)} of {len(reasons)} held-out scenes have no scores"
         raise UserError("table of scorers", fault, "; ".join(dict.fromkeys(missing)))
-    records = read_held_out([each.path for each in wanted.records], wanted.scenes)
-    return scorer_agreement(records, wanted.methods, wanted.absent)
+    paths = [each.path for each in wanted.records]
+    return scorer_agreement(read_held_out(paths, wanted.scenes), wanted.methods, wanted.absent, paths)

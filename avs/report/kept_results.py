@@ -70,8 +70,15 @@ class Deviation:
         return f"{told}; {self.lacking} are not there" if self.lacking else told
 
 
-def keep(results: Path, folder: Path, command: str, figures: Sequence[str]) -> None:
+def keep(results: Path, episodes: Sequence[Path], folder: Path, command: str, figures: Sequence[str]) -> None:
     """Copy the tables of a finished run, as csv and md, and some of its figures, with what the run was.
+
+    Args:
+        results: folder of the run.
+        episodes: the records of its episodes.
+        folder: where the copy goes.
+        command: that made the run.
+        figures: names of figures.
 
     Raises:
         UserError: the folder holds no tables or no episodes, or a figure is not there.
@@ -83,7 +90,7 @@ def keep(results: Path, folder: Path, command: str, figures: Sequence[str]) -> N
     missing = next((path for path in drawn if not path.is_file()), None)
     if missing is not None:
         raise UserError(missing, "is not there", "name a figure of this run")
-    about = _about(results, command)
+    about = _about(results, episodes, command)
     with atomic_folder(folder) as whole:
         for name, files in (("tables", tables), ("figures", drawn)):
             (whole / name).mkdir()
@@ -92,31 +99,35 @@ def keep(results: Path, folder: Path, command: str, figures: Sequence[str]) -> N
         write_record(whole / ABOUT, about)
 
 
-def _about(results: Path, command: str) -> ReferenceRun:
-    records = sorted(results.glob("episodes/*/*/*/*/episode.json"))
-    if not records:
+def _about(results: Path, episodes: Sequence[Path], command: str) -> ReferenceRun:
+    if not episodes:
         raise UserError(results, "holds no episodes", "run them first")
-    metas = [read_record(path.with_name("episode.meta.json"), EpisodeMeta) for path in records]
+    metas = [read_record(path.with_name("episode.meta.json"), EpisodeMeta) for path in episodes]
     return ReferenceRun(
         command=command,
         revisions=tuple(sorted({meta.revision or "unknown" for meta in metas})),
         machine=metas[0].machine,
         packages=metas[0].packages,
-        notes=tuple(machine_notes(records)),
+        notes=tuple(machine_notes(episodes)),
         first=min(meta.started for meta in metas),
         last=max(meta.finished for meta in metas),
     )
 
 
-def same_bits(results: Path, folder: Path) -> bool:
+def same_bits(results: Path, episodes: Sequence[Path], folder: Path) -> bool:
     """Return whether a run should end in the bits of the reference: portable numerics and equal packages in both.
+
+    Args:
+        results: folder of the run.
+        episodes: the records of its episodes.
+        folder: of the reference.
 
     Raises:
         UserError: there is no reference, one of them is damaged, or the run has no episodes.
     """
     if not (folder / ABOUT).is_file():
         raise UserError(folder, "holds no results that were kept", "name the folder of some with --folder")
-    kept, found = read_record(folder / ABOUT, ReferenceRun), _about(results, "")
+    kept, found = read_record(folder / ABOUT, ReferenceRun), _about(results, episodes, "")
     portable = all(run.machine.get("numerics") == "portable" and not run.notes for run in (kept, found))
     return portable and kept.packages == found.packages
 

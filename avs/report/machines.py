@@ -8,6 +8,7 @@ from pathlib import Path
 
 from avs.coverage.coverage_record import CoverageMeta
 from avs.nvs.record import EpisodeMeta
+from avs.system.computed_by import ComputedBy
 from avs.system.records import read_record
 
 _MACHINE = ("processor", "gpu", "system", "python", "numerics")
@@ -23,7 +24,7 @@ Told = tuple[str, Mapping[str, str], Mapping[str, str]]
 
 
 def machine_notes(
-    records: Sequence[Path], kind: type[EpisodeMeta | CoverageMeta] = EpisodeMeta, what: str = "episodes"
+    records: Sequence[Path], kind: type[EpisodeMeta | CoverageMeta | ComputedBy] = EpisodeMeta, what: str = "episodes"
 ) -> list[str]:
     """Return a line for each fact of machine or packages that differs between records, with how many have which value.
 
@@ -41,16 +42,6 @@ def machine_notes(
     beside = [path.with_suffix(".meta.json") for path in records]
     metas = [read_record(path, kind) for path in beside if path.is_file()]
     return differing([(meta.device, meta.machine, meta.packages) for meta in metas], what)
-
-
-def numerics_notes(told: Iterable[tuple[str, str | None]], what: str) -> list[str]:
-    """Return what ``machine_notes`` does of records that hold no more than a device, and whose digits are theirs.
-
-    Args:
-        told: device and numerics of each record.
-        what: the records, in plural.
-    """
-    return differing([(device, {} if kind is None else {"numerics": kind}, {}) for device, kind in told], what)
 
 
 def differing(told: Sequence[Told], what: str) -> list[str]:

@@ -24,6 +24,7 @@ from scipy.stats import spearmanr
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
+from avs.config.run_episodes import episodes_of_run
 from avs.report.collect import end_of_curve, image_mean, read_dataset
 from avs.scene.scene import read_scene
 
@@ -106,10 +107,17 @@ def main():
     parser.add_argument("dataset")
     parser.add_argument("--figure", type=Path)
     told = parser.parse_args()
-    paths = sorted((told.results / "episodes" / told.dataset).glob("*/*/*/episode.json"))
+    paths = [path for path in episodes_of_run(told.results) if path.parts[-5] == told.dataset]
     methods = sorted({path.parts[-3] for path in paths})
     episodes = read_dataset(paths, methods, told.dataset)
     names = episodes.scenes
+    count = len(names) * len(episodes.seeds)
+    lacking = sorted(method for method, of in episodes.cells.items() if len(of) < count)
+    if "random" in lacking or "random" not in episodes.cells:
+        parser.error(f"{told.dataset}: the run lacks episodes of random, which the others are held to; complete it")
+    seeds = ", ".join(map(str, episodes.seeds))
+    print(f"{told.dataset}: scenes {', '.join(names)}; means over the seeds {seeds}.")
+    print(f"Without all episodes, and so left out: {', '.join(lacking) or 'no method'}.")
     scenes = {name: read_scene(told.results / "scenes" / told.dataset / name) for name in names}
 
     def difference(value):

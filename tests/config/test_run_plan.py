@@ -7,6 +7,7 @@ import yaml
 
 from avs.config.configuration import load
 from avs.config.method_weights import absent_methods
+from avs.config.run_episodes import episodes_of_run
 from avs.config.run_plan import PLAN_NAME, RunPlan, read_plan
 from avs.system.errors import UserError
 from avs.system.records import write_record
@@ -64,3 +65,19 @@ def test_a_folder_that_was_renamed_is_not_read_as_the_one_that_it_was(plan, tmp_
         UserError, match=r"of a run whose results are in results/ci.*; run this where results/monday is"
     ):
         read_plan(Path("results/monday"))
+
+
+def test_episodes_that_an_earlier_run_had_are_none_of_the_run(plan, tmp_path):
+    pattern = "results/ci/episodes/{dataset}/{scene}/{method}/{seed}/episode.json"
+    write_record(Path("results/ci") / PLAN_NAME, plan.model_copy(update={"records": {"episode": pattern}}))
+    places = [("orbit_0", "random", 0), ("orbit_0", "random", 7), ("orbit_9", "random", 0), ("orbit_0", "gone", 0)]
+    for scene, method, seed in places:
+        path = Path(pattern.format(dataset="orbit", scene=scene, method=method, seed=seed))
+        path.parent.mkdir(parents=True)
+        path.touch()
+    own = Path("results/ci/episodes/orbit/orbit_0/random/0/episode.json")
+    assert episodes_of_run(Path("results/ci")) == [own]
+    Path("results").rename("moved")
+    assert episodes_of_run(Path("moved/ci")) == [Path("moved") / own.relative_to("results")]
+    (Path("moved/ci") / PLAN_NAME).unlink()
+    assert len(episodes_of_run(Path("moved/ci"))) == len(places)

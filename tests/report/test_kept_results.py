@@ -7,6 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from avs.commands.reference import commands
+from avs.config.run_episodes import episodes_of_run
 from avs.nvs.record import EpisodeMeta
 from avs.report.kept_results import ABOUT, ReferenceRun, deviations, is_too_far, keep, not_compared, same_bits
 from avs.system.errors import UserError
@@ -47,12 +48,18 @@ def run(folder, numerics="portable", torch="2.13.0", **tables):
 @pytest.fixture
 def kept(tmp_path):
     run(tmp_path / "ci")
-    keep(tmp_path / "ci", tmp_path / "reference", "snakemake -j2 tables", ["teaser.png"])
+    keep(
+        tmp_path / "ci",
+        episodes_of_run(tmp_path / "ci"),
+        tmp_path / "reference",
+        "snakemake -j2 tables",
+        ["teaser.png"],
+    )
     return tmp_path / "reference"
 
 
 def lines(results, folder):
-    bits = same_bits(results, folder)
+    bits = same_bits(results, episodes_of_run(results), folder)
     return [(each.line(), is_too_far(each, bits)) for each in deviations(results, folder)]
 
 
@@ -100,13 +107,15 @@ def test_what_the_reference_has_not_is_not_compared_and_what_it_has_must_be_ther
 
 def test_faults_are_one_line_and_leave_the_reference_as_it_was(kept, tmp_path):
     with pytest.raises(UserError, match=r"none\.png: is not there; name a figure of this run"):
-        keep(tmp_path / "ci", kept, "", ["none.png"])
+        keep(tmp_path / "ci", [], kept, "", ["none.png"])
     assert lines(tmp_path / "ci", kept)
     with pytest.raises(UserError, match="holds no results that were kept"):
-        same_bits(tmp_path / "ci", tmp_path / "nowhere")
+        same_bits(tmp_path / "ci", [], tmp_path / "nowhere")
+    with pytest.raises(UserError, match="holds no episodes"):
+        keep(tmp_path / "ci", [], kept, "", [])
     shutil.rmtree(tmp_path / "ci" / "tables")
     with pytest.raises(UserError, match=r"tables: holds no tables; make them first"):
-        keep(tmp_path / "ci", kept, "", [])
+        keep(tmp_path / "ci", [], kept, "", [])
 
 
 def test_the_results_of_this_checkout_are_those_of_the_reference():

@@ -9,6 +9,7 @@ from avs.report.tables.gain_reliability import FIELDS as GAIN_FIELDS
 from avs.report.tables.score_ranking import FIELDS, STATE_FIELDS, write_ranking_table
 from avs.report.tables.score_ranking_numbers import oriented
 from avs.selection import registry
+from avs.system.computed_by import ComputedBy
 from avs.system.errors import UserError
 from avs.system.reasons import Reason
 from avs.system.records import write_record
@@ -286,13 +287,16 @@ def test_records_that_do_not_belong_together_are_refused(table, changes, fault):
         table([make_states([state()], methods), make_states([state()], **({"methods": methods} | changes))])
 
 
-def test_native_numerics_and_another_device_are_told_of(table):
-    methods = [scored("random", ONE)]
-    others = {"scene": "cellar", "numerics": "native", "device": "cuda"}
-    records = [make_states([state()], methods, numerics="native"), make_states([state()], methods, **others)]
+def test_what_records_were_computed_with_is_told_where_it_differs(tmp_path, table):
+    records = [make_states([state()], [scored("random", ONE)], scene) for scene in ("attic", "cellar")]
+    for number, device, version in ((0, "cpu", "0.1.15"), (1, "cuda", "0.1.16")):
+        machine = {"processor": "Intel", "numerics": "native"}
+        told = ComputedBy(device=device, machine=machine, packages={"pyiqa": version}, revision=None)
+        write_record(tmp_path / "records" / f"{number}.meta.json", told)
     _, markdown, _ = table(records, ["random"])
     assert "- 1 of 2 computed with native numerics" in markdown
     assert "- device differs between records of common states" in markdown
+    assert "pyiqa differs between records of common states, and numbers may differ with it: 0.1.15 in 1" in markdown
 
 
 def test_no_records_are_refused(table):

@@ -10,6 +10,7 @@ from avs.iqa.held_out.held_out_settings import HeldOutJob, ScoredMetric
 from avs.report.formats.markdown import document_markdown
 from avs.report.tables.scorer_agreement import scorer_agreement, write_scorer_table
 from avs.report.tables.scorer_agreement_numbers import over_scenes, scene_numbers
+from avs.system.computed_by import ComputedBy
 from avs.system.errors import UserError
 from avs.system.reasons import Reason
 from avs.system.records import write_record
@@ -175,18 +176,22 @@ def test_records_that_do_not_belong_together_are_refused(changes, fault, tmp_pat
         write_scorer_table(write(tmp_path, found), {"a_held_out": ["a_1", "a_2"]}, [], tmp_path / "scorer", {})
 
 
-def test_what_scores_say_of_themselves_settings_and_numerics_are_told():
+def test_what_scores_say_of_themselves_settings_and_versions_are_told(tmp_path):
     told = SETTINGS.model_copy(
         update={"metrics": (ScoredMetric(method="niqe", selector={"resize": {"side": "long", "pixels": 56}}),)}
     )
     made = record(niqe=("metric", "highest", lambda ssim, moment: -ssim))
     noted = made.scored[0].model_copy(update={"label": "NIQE", "notes": ["NIQE: fitted to 9 photographs"]})
     records = [
-        made.model_copy(update={"scored": [noted], "settings": told, "scene": scene, "numerics": numerics})
-        for scene, numerics in (("a_1", "native"), ("a_2", "portable"))
+        made.model_copy(update={"scored": [noted], "settings": told, "scene": scene}) for scene in ("a_1", "a_2")
     ]
-    notes = scorer_agreement(records, ["niqe"], {}).notes
+    paths = write(tmp_path, records)
+    for path, numerics in zip(paths, ("native", "portable"), strict=True):
+        facts = ComputedBy(device="cpu", machine={"numerics": numerics}, packages={"pyiqa": numerics}, revision=None)
+        write_record(path.with_suffix(".meta.json"), facts)
+    notes = scorer_agreement(records, ["niqe"], {}, paths).notes
     assert notes.count("NIQE: fitted to 9 photographs") == 1
     assert "NIQE, not as by default: resize.pixels 56 instead of 518" in notes
     assert any(note.startswith("1 of 2 computed with native numerics") for note in notes)
-    assert any(note.startswith("numerics differs between records of held-out scenes") for note in notes)
+    for name in ("numerics", "pyiqa"):
+        assert any(note.startswith(f"{name} differs between records of held-out scenes") for note in notes)

@@ -53,7 +53,8 @@ rule held_out_scores:
         settings=f"{RESULTS}/settings/held_out_scores.json",
         code=held_out_code,
     output:
-        HELD_OUT,
+        record=HELD_OUT,
+        meta=HELD_OUT.replace(".json", ".meta.json"),
     log:
         HELD_OUT.replace(RESULTS, LOGS).replace(".json", ".log"),
     resources:
@@ -66,7 +67,7 @@ rule held_out_scores:
     shell:
         "{AVS} --made-of {params.made_of} held_out_scores"
         " {input.data} --other {input.other} --settings {input.settings} {params.weights}"
-        " --out {output} --log {log}"
+        " --out {output.record} --log {log}"
 
 
 rule scorer_table:

@@ -226,7 +226,8 @@ rule common_states:
         settings=f"{RESULTS}/settings/common_states/{{dataset}}.json",
         code=scoring_code,
     output:
-        COMMON_STATES,
+        record=COMMON_STATES,
+        meta=COMMON_STATES.replace(".json", ".meta.json"),
     log:
         COMMON_STATES.replace(RESULTS, LOGS).replace(".json", ".log"),
     priority: 1  # longer than an episode, so that none is left at the end
@@ -241,4 +242,4 @@ rule common_states:
     shell:
         "{AVS} --made-of {params.made_of} common_states"
         " {params.scene} {wildcards.seed} --settings {input.settings} {params.weights}"
-        " --out {output} --log {log}"
+        " --out {output.record} --log {log}"

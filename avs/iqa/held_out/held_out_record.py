@@ -42,7 +42,6 @@ class HeldOutScores(StrictModel):
     scene_hash: str = Field(description="content hash of the scene")
     other_scene: str = Field(description="the scene whose photographs are the references of another scene")
     settings: HeldOutJob = Field(description="what was measured")
-    numerics: str | None = Field(default=None, description="portable or native (docs/numerics.md); null if not known")
     moment: list[int] = Field(description="for each rendering the number of its moment")
     candidate: list[bool] = Field(description="for each, whether its view had not been captured at its moment")
     ssim: list[float] = Field(description="for each, the true SSIM of the image")

@@ -24,11 +24,11 @@ from avs.representations.base import FloatImages
 from avs.selection import registry
 from avs.selection.choice import notes_of
 from avs.selection.contract import Method, Resources, Selector
+from avs.system.computed_by import write_computed_by
 from avs.system.devices import take_device
 from avs.system.errors import UserError
 from avs.system.files import file_hash
 from avs.system.global_state import unchanged
-from avs.system.numerics import in_force
 from avs.system.records import write_record
 
 FloatArray = npt.NDArray[np.float64]
@@ -61,6 +61,8 @@ def write_held_out_scores(
 ) -> None:
     """Let every predictor score the renderings of a held-out scene, and write the record to ``out``.
 
+    What it was computed with goes beside it, to ``*.meta.json``.
+
     Args:
         path: distortion data of the scene, in the folder of its data set.
         other: those of another held-out scene.
@@ -84,13 +86,13 @@ def write_held_out_scores(
         scene_hash=data.scene_hash,
         other_scene=another.scene,
         settings=settings,
-        numerics=in_force(),
         moment=list(data.moment_of),
         candidate=data.candidates.tolist(),
         ssim=data.similarity.tolist(),
         scored=scored,
     )
     write_record(out, record)
+    write_computed_by(out, settings.device)
 
 
 def _predictors(

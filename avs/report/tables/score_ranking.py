@@ -9,7 +9,7 @@ from avs.report.collect_states import StateRecords, read_states
 from avs.report.document import Cell, Column, Document, Group, Listing, Row
 from avs.report.formats.numbers import plain
 from avs.report.formats.writing import write_document
-from avs.report.machines import numerics_notes
+from avs.report.machines import machine_notes
 from avs.report.methods import Presented, presented
 from avs.report.published import called
 from avs.report.tables.arrangement import arranged
@@ -18,6 +18,7 @@ from avs.report.tables.episode_notes import grouped_notes
 from avs.report.tables.gain_reliability import Reliability, reliability, reliability_listing
 from avs.report.tables.score_ranking_numbers import COLUMNS, Ranking, measured_by, summarise_ranking
 from avs.report.tables.table_notes import count, unranked_notes, whole_row
+from avs.system.computed_by import ComputedBy
 from avs.system.reasons import Reason
 from metrics.statistics import ENOUGH_FOR_SPREAD
 
@@ -169,9 +170,7 @@ def _notes(records: StateRecords, rows: Sequence[Presented], numbers: _Numbers) 
     lines = [f"{scene} with seed {seed}: {why}" for (scene, seed), why in records.missing.items()]
     notes = ((scene, note) for (scene, _), record in records.cells.items() for note in record.notes)
     lines += grouped_notes(notes, records.scenes)
-    lines += numerics_notes(
-        ((each.device, each.numerics) for each in records.cells.values()), "records of common states"
-    )
+    lines += machine_notes(records.paths, ComputedBy, "records of common states")
     if any(state.gains is not None for _, state in records.states):
         sampled = first.settings["gain_candidates"]
         lines.append(

@@ -13,7 +13,7 @@ from avs.report.collect_held_out import read_held_out
 from avs.report.document import Cell, Column, Document, Group, Listing, Row
 from avs.report.formats.numbers import plain
 from avs.report.formats.writing import write_document
-from avs.report.machines import numerics_notes
+from avs.report.machines import machine_notes
 from avs.report.methods import presented
 from avs.report.tables.arrangement import ranks
 from avs.report.tables.changed_settings import changed_settings
@@ -30,6 +30,7 @@ from avs.report.tables.scorer_agreement_numbers import (
 )
 from avs.report.tables.table_notes import count
 from avs.selection import registry
+from avs.system.computed_by import ComputedBy
 from avs.system.reasons import Reason
 from metrics.statistics import ENOUGH_FOR_SPREAD
 
@@ -78,11 +79,14 @@ def write_scorer_table(
     Raises:
         UserError: a record is missing, damaged or of another scene, or they are not comparable.
     """
-    write_document(scorer_agreement(read_held_out(paths, scenes), methods, absent), out)
+    write_document(scorer_agreement(read_held_out(paths, scenes), methods, absent, paths), out)
 
 
 def scorer_agreement(
-    records: Sequence[HeldOutScores], methods: Sequence[str], absent: Mapping[str, Reason]
+    records: Sequence[HeldOutScores],
+    methods: Sequence[str],
+    absent: Mapping[str, Reason],
+    paths: Sequence[Path] = (),
 ) -> Document:
     """Return the table.
 
@@ -90,6 +94,7 @@ def scorer_agreement(
         records: of all held-out scenes, one at least, in order.
         methods: identifiers of the methods that have rows, in order.
         absent: why one of them has no number, by identifier.
+        paths: the files of the records, beside which stands with what they were computed.
     """
     datasets = list(dict.fromkeys(record.dataset for record in records))
     numbers: _Numbers = {ALL: agreements(records)} | {
@@ -101,7 +106,10 @@ def scorer_agreement(
         caption=tuple(_caption(records, datasets)),
         columns=columns,
         groups=_groups(records[0].scored, columns, numbers, partial, methods, absent),
-        notes=tuple(dict.fromkeys(_notes(records, partial, methods, absent))),
+        notes=(
+            *dict.fromkeys(_notes(records, partial, methods, absent)),
+            *machine_notes(paths, ComputedBy, "records of held-out scenes"),
+        ),
         listing=_listing(records[0].scored, numbers, partial, absent),
         appendices={"_per_scene": _scenes(records)},
         rows_are="Predictor",
@@ -238,7 +246,6 @@ def _notes(
                 yield f"{each.label}, {record.scene}: {each.failure}"
             yield from each.notes
     yield from _own_settings(records[0])
-    yield from numerics_notes(((each.settings.device, each.numerics) for each in records), "records of held-out scenes")
     for each in records[0].scored:
         if (ALL, each.identifier) in partial:
             yield f"{each.label}: {partial[ALL, each.identifier]}; no rank"
