@@ -24,7 +24,7 @@ from avs.selection.session import Builder, preparing
 from avs.system.devices import take_device
 from avs.system.errors import UserError
 from avs.system.files import file_hash
-from avs.system.records import read_record, write_record
+from avs.system.records import is_as_written, read_record, write_record
 from avs.system.seeds import seed_of
 
 
@@ -106,13 +106,14 @@ def replay_episode(
     """
     take_device(device)
     recorded = read_record(episode, Episode, "name the episode.json of a run, or a copy with other views", edited=True)
+    what = "Replay of" if is_as_written(episode) else "Edited replay of"
     scene = read_scene(scene_folder)
     if scene.content_hash != recorded.scene_hash:
         raise UserError(episode, f"was recorded on another scene than {scene_folder}", "pass the scene it was run on")
     settings = kinds.create_settings(recorded.representation)
     protocol = ProtocolSettings.model_validate(recorded.protocol)
     _check_views(episode, recorded, [scene.names[index] for index in initial_captures(scene, protocol)])
-    method = _listed(f"Replay of {recorded.label}", recorded.group, episode, ListedViews(recorded.selected, episode))
+    method = _listed(f"{what} {recorded.label}", recorded.group, episode, ListedViews(recorded.selected, episode))
     plan = Plan(
         scene=scene,
         protocol=protocol,

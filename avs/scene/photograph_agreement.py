@@ -13,9 +13,12 @@ from avs.scene.point_colors import pixels_of
 from avs.scene.points import Points
 from avs.system.lists_of_names import some_of
 
-LEAST_CORRELATION = 0.6
-"""Of the brightness of an image's points with that of its pixels. Over 459 photographs of eight real captures it was
-.77 at the least and .95 in the median; with another of the same capture in its place, .01 to .37 in the median."""
+_LEAST_CORRELATION = {320: 0.6, 0: 0.35}
+"""Of the brightness of an image's points with that of its pixels, by the longer side from which it holds, in pixels.
+
+Over 459 photographs of eight real captures it was .77 at the least and .95 in the median; with another of the same
+capture in its place, .01 to .37 in the median. A pixel of a small picture stands for points of several colours: the
+same photographs have .55 at the least at 176 pixels and .42 at 96."""
 
 _FEWEST = 30
 """Points from which a correlation tells: one of .9 comes out below .6 by chance once in 40,000 times with 30."""
@@ -71,18 +74,20 @@ def disagreement_notes(
         if len(rows) < _FEWEST or not brightness[rows].std() or cameras.sizes[index].max() < _SMALLEST:
             continue
         seen = pixels_of(points.positions[rows], cameras[index], read(index)).astype(np.float64)
-        fault = _fault(seen, points.colors[rows].astype(np.float64), name in cut_out)
+        least = next(value for side, value in _LEAST_CORRELATION.items() if cameras.sizes[index].max() >= side)
+        fault = _fault(seen, points.colors[rows].astype(np.float64), least, name in cut_out)
         if fault is not None:
             found.setdefault(fault, []).append(name)
     return [f"{len(those)} of {len(names)} photographs ({some_of(those)}) {fault}" for fault, those in found.items()]
 
 
-def _fault(seen: FloatArray, told: FloatArray, is_cut_out: bool) -> str | None:
+def _fault(seen: FloatArray, told: FloatArray, least_correlation: float, is_cut_out: bool) -> str | None:
     """Return what is wrong with a photograph, or None.
 
     Args:
         seen: ``[n, 3]``, the pixels that the points fall on, 0..255.
         told: ``[n, 3]``, the colours of the points, whose brightness differs.
+        least_correlation: of the two brightnesses.
         is_cut_out: whether a single colour at many points is known to be a mask.
     """
     seen_light, told_light = seen @ _BRIGHTNESS, told @ _BRIGHTNESS
@@ -92,7 +97,7 @@ def _fault(seen: FloatArray, told: FloatArray, is_cut_out: bool) -> str | None:
     alike = (seen == colors[counts.argmax()]).all(axis=1)
     if not is_cut_out and alike.mean() > _ONE_COLOR and told_light[alike].std() > _VARIED:
         return _MASKED
-    if np.corrcoef(seen_light, told_light)[0, 1] < LEAST_CORRELATION:
+    if np.corrcoef(seen_light, told_light)[0, 1] < least_correlation:
         return _APART
     exchanged = _exchanged(seen, told)
     if exchanged is not None:

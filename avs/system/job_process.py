@@ -126,11 +126,17 @@ def guard() -> Iterator[None]:
     except SystemExit:
         raise
     except BaseException as error:
-        _end(error, None)
+        _end(error, None, logged=False)
 
 
-def _end(error: BaseException, terminal: int | None) -> NoReturn:
-    """End the process for ``error``: the traceback, if it helps, then the line, which the terminal gets alone."""
+def _end(error: BaseException, terminal: int | None, *, logged: bool = True) -> NoReturn:
+    """End the process for ``error``: the traceback, if it helps, then the line, which the terminal gets alone.
+
+    Args:
+        error: what ends it.
+        terminal: file descriptor of standard error where the log has taken its place, or None.
+        logged: whether there can be a log; without one a traceback is for faults of the program alone.
+    """
     if isinstance(error, BrokenPipeError) and stat.S_ISFIFO(os.fstat(1).st_mode):
         _print_to_nobody()
         sys.exit(_READER_GONE)
@@ -138,7 +144,7 @@ def _end(error: BaseException, terminal: int | None) -> NoReturn:
     line = f"error: {end.line}"
     with contextlib.suppress(OSError):  # the disk of the log may be the one that is full
         sys.stdout.flush()  # what was printed before comes first, where standard output is buffered too
-        if end.traceback:
+        if end.traceback and (logged or end.status == 1):
             traceback.print_exception(error)
         print(line, file=sys.stderr, flush=True)
     if terminal is not None:

@@ -53,6 +53,16 @@ def read_record(path: Path, kind: type[RecordType], remedy: str = _REMEDY, *, ed
     return _validated(path, kind, text, remedy)
 
 
+def is_as_written(path: Path) -> bool:
+    """Return whether a record carries the digest of what it says.
+
+    Raises:
+        UserError: the file is missing, or is not a JSON object.
+    """
+    text, digest = _content(path, _REMEDY)
+    return digest == _digest(text)
+
+
 def read_settings(path: Path, kind: type[RecordType]) -> RecordType:
     """Read settings: those that the workflow wrote are checked by their digest, others, written by hand, have none.
 

@@ -65,9 +65,17 @@ def test_the_views_are_those_of_the_other_and_the_reconstruction_is_the_plain_on
 
 def test_a_replay_of_it_has_the_same_curve(folder, tmp_path):
     replay_episode(folder / "scene", folder / "second" / "episode.json", "cpu", tmp_path, lambda line: None)
-    assert read_record(tmp_path / "episode.json", Episode).curve == (
-        read_record(folder / "second" / "episode.json", Episode).curve
-    )
+    replayed, recorded = (read_record(place / "episode.json", Episode) for place in (tmp_path, folder / "second"))
+    assert replayed.curve == recorded.curve
+    assert replayed.label == "Replay of ActiveNeRF's views"
+
+
+def test_a_replay_of_another_list_does_not_have_the_name_of_the_first(folder, tmp_path):
+    values = json.loads((folder / "second" / "episode.json").read_text())
+    values["selected"] = values["selected"][::-1]
+    (tmp_path / "edited.json").write_text(json.dumps(values))
+    replay_episode(folder / "scene", tmp_path / "edited.json", "cpu", tmp_path / "out", lambda line: None)
+    assert read_record(tmp_path / "out" / "episode.json", Episode).label == "Edited replay of ActiveNeRF's views"
 
 
 @pytest.mark.parametrize(

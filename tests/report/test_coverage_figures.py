@@ -75,7 +75,7 @@ def test_maps_are_the_same_to_the_byte(sphere, covered, tmp_path):  # noqa: F811
         write_coverage_maps(sphere.folder, *(paths[::step] for paths in covered), METHODS, out)
         contents.append({path.name: path.read_bytes() for path in out.parent.iterdir()})
     assert contents[0] == contents[1]
-    assert set(contents[0]) == {"coverage_maps.pdf", "coverage_maps.png"}
+    assert set(contents[0]) == {"coverage_maps.md", "coverage_maps.pdf", "coverage_maps.png"}
 
 
 def test_maps_of_different_points_are_refused(sphere, covered, tmp_path):  # noqa: F811

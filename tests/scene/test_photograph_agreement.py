@@ -34,6 +34,17 @@ def test_photographs_of_their_own_views_are_not_told_of(scene):
     assert disagreement_notes(NAMES, points, cameras, lambda index: darker[index]) == []
 
 
+def test_pixels_of_a_small_picture_may_be_of_several_points(scene):
+    """As kitchen at 176 pixels, where a good photograph has .55."""
+    points, cameras, images = scene
+    others = np.random.default_rng(1).uniform(0, 255, points.colors.shape)
+    mixed = Points(points.positions, (0.4 * points.colors + 0.6 * others).astype(np.uint8), points.observations)
+    assert disagreement_notes(NAMES, mixed, cameras, lambda index: images[index]) == []
+    large = Cameras(cameras.world_to_camera, cameras.intrinsics, np.full((5, 2), 320))
+    (note,) = disagreement_notes(NAMES, mixed, large, lambda index: images[index])
+    assert "do not show the colours of the points" in note
+
+
 def test_exchanged_photographs_are_named(scene):
     points, cameras, images = scene
     order = [0, 3, 2, 1, 4]

@@ -171,9 +171,10 @@ def test_a_note_tells_how_the_weights_were_trained(tmp_path, backbone, frozen, s
     assert note.startswith("Ours-RepViT: weights trained by this run on 1 scene in 400 steps, on a backbone with ")
     assert said in note
     assert (
-        "held out (2 scenes), the rank correlation with the true SSIM is 0.88 over all renderings and undefined" in note
+        "held out (2 scenes), the rank correlation with the true SSIM is 0.88 over all their renderings together and "
+        "undefined" in note
     )
-    assert note.endswith("on which a choice depends (the paper's are not published)")
+    assert note.endswith("with other photographs as references (the paper's are not published)")
 
 
 def test_published_weights_are_used_where_they_are(tmp_path, monkeypatch):

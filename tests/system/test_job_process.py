@@ -186,3 +186,13 @@ def test_a_reader_that_has_had_enough_is_no_fault(lines, tmp_path):
     running.stdout.close()
     assert running.stderr.read() == b""
     running.wait()
+
+
+def test_a_package_that_is_not_installed_is_one_line_without_a_traceback(tmp_path):
+    """As for who has not said ``source .venv/bin/activate``."""
+    words = [sys.executable, "-S", "-m", "avs", "status"]
+    result = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert result.returncode == 2
+    assert result.stderr.startswith("error: ")
+    assert result.stderr.count("\n") == 1
+    assert "say source .venv/bin/activate" in result.stderr

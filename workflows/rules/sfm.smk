@@ -233,7 +233,7 @@ rule coverage_maps:
         settings=f"{RESULTS}/settings/coverage_maps.json",
         code=sources("avs.report.figures.coverage_maps"),
     output:
-        multiext(f"{RESULTS}/figures/coverage_maps", ".pdf", ".png"),
+        multiext(f"{RESULTS}/figures/coverage_maps", ".pdf", ".png", ".md"),
     log:
         f"{LOGS}/figures/coverage_maps.log",
     params:

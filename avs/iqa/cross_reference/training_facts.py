@@ -29,8 +29,9 @@ class TrainingFacts(StrictModel):
         return (
             f"trained by this run on {_count(self.scenes)} in {self.steps} steps, on a backbone with {whose} that "
             f"{'stay as they are' if self.frozen else 'are trained, too'}; held out ({_count(self.held_out)}), the "
-            f"rank correlation with the true SSIM is {_number(self.spearman)} over all renderings and "
-            f"{_number(self.candidate_spearman)} among the candidates of one moment, on which a choice depends"
+            f"rank correlation with the true SSIM is {_number(self.spearman)} over all their renderings together and "
+            f"{_number(self.candidate_spearman)} among the candidates of one moment, on which a choice depends; table "
+            "scorer has means over scenes, with other photographs as references"
         )
 
 

@@ -12,6 +12,8 @@ import numpy.typing as npt
 
 from avs.coverage.coverage_record import Coverage
 from avs.coverage.episode_coverage import DISTANCE
+from avs.report.collect_coverage import coverage_machine_notes
+from avs.report.figures.captions import sentences, write_caption
 from avs.report.figures.cloud_rendering import coloured, magnified, painted, project
 from avs.report.figures.figure_files import STYLE, draw_notice, save_figure
 from avs.report.formats.plain_text import one_line
@@ -37,6 +39,12 @@ _NEAREST, _FARTHEST = 1e-3, 1e-1  # ends of the scale of colours, in extents
 _TICKS = (1e-3, 1e-2, 1e-1)
 _COLOURS = "RdYlBu_r"
 
+_CAPTION = (
+    "Coverage of {scene} with seed {seed}: the reference from the camera of the scene that sees most of it, one point "
+    "for each voxel, coloured by its distance to the cloud of each method's views, in extents, on a logarithmic scale. "
+    "The first map has the colours of the photographs; the squares magnify where the methods together cover least."
+)
+
 _Pixels = npt.NDArray[np.uint8]
 _Picture = npt.NDArray[np.int64]
 _Window = tuple[float, float, float]
@@ -53,7 +61,7 @@ class _Map:
 def write_coverage_maps(
     scene_folder: Path, records: Sequence[Path], covered: Sequence[Path], methods: Sequence[str], out: Path
 ) -> None:
-    """Write ``out`` with the suffixes ``.pdf`` and ``.png``: one map for each method, all of one scene and seed.
+    """Write ``out`` as ``.pdf`` and ``.png``, and its caption as ``.md``: a map for each method, of one scene and seed.
 
     A map shows the reference, one point for each voxel, from the camera of the scene that sees most of it.
     Colours are the distance of each point to the method's cloud, from blue to red on a logarithmic scale that all maps
@@ -76,13 +84,17 @@ def write_coverage_maps(
     maps, cloud = _read(records, covered, scene.content_hash)
     first = next(iter(maps.values())).record
     if first.extent is None:
-        return draw_notice(f"{first.dataset}, {first.scene}: {first.absent.get('against_reference')}", out)
+        nothing = f"{first.dataset}, {first.scene}: {first.absent.get('against_reference')}"
+        write_caption(out, nothing)
+        return draw_notice(nothing, out)
     voxel = float(first.settings["voxel"]) * first.extent
     projection = project(cloud.positions, _widest(cloud, scene.cameras, voxel), voxel, _LONG_SIDE)
     whole = painted(projection)
     window = _worst(whole, maps)
     pictures = whole, painted(magnified(projection, window, len(whole)))
     _write(cloud, pictures, window, [maps[method] for method in methods if method in maps], out)
+    told = _CAPTION.format(scene=f"{first.scene} of {first.dataset}", seed=first.seed)
+    write_caption(out, told + sentences(coverage_machine_notes(records)))
     return None
 
 

@@ -105,8 +105,9 @@
   }
 
   function viewsText({ scene, episode }) {
-    const line = (camera) => scene.names[camera];
+    // As JSON, as views.json has them: names may hold blanks.
+    const listed = (cameras) => `[${cameras.map((camera) => JSON.stringify(scene.names[camera])).join(", ")}]`;
     return [`# ${episode.label} (${episode.method}) on ${scene.dataset}/${scene.scene}, seed ${episode.seed}`, `# scene ${scene.hash}`,
-      `initial: ${episode.initial.map(line).join(" ")}`, `selected: ${episode.selected.map(line).join(" ")}`].join("\n");
+      `initial: ${listed(episode.initial)}`, `selected: ${listed(episode.selected)}`].join("\n");
   }
 })();
