@@ -13,7 +13,6 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial import KDTree
 
 FloatArray = npt.NDArray[np.float64]
 IndexArray = npt.NDArray[np.int64]
@@ -110,6 +109,8 @@ def nearest_distances(points: npt.ArrayLike, targets: npt.ArrayLike) -> FloatArr
     Returns:
         ``[n]`` in the units of the points; infinite where there is no target.
     """
+    from scipy.spatial import KDTree  # a third of a second, which settings that name a definition above do without
+
     cloud, others = _checked(points), _checked(targets)
     if not len(others):
         return np.full(len(cloud), np.inf)
