@@ -41,8 +41,9 @@ photographs: .venv/installed
 check: .venv/installed
 	snakemake -j$(CORES) tables figures --configfile workflows/config/check.yaml
 
+# A file's tests stay together: what many of them begin with, such as a finished run, is then made once.
 test: .venv/installed lint
-	pytest -n $(CORES) -rs
+	pytest -n $(CORES) --dist loadfile -rs
 
 # The page in headless Chromium, which is Debian's package chromium. Without either the tests of it skip, and say why.
 browser: .venv/installed
