@@ -36,7 +36,7 @@ from avs.system.errors import UserError
 from avs.system.files import file_hash, temporary_folder
 from avs.system.provenance import clock
 from avs.system.records import write_record
-from avs.system.seeds import seed_of
+from avs.system.seeds import seed_global_generators, seed_of
 
 MEASUREMENTS = 2
 """How often a gain is measured: the correlation between two measurements tells how much of it is noise."""
@@ -154,6 +154,7 @@ class _States:
         own_fit = False
         notes: list[str] = []
         scores: list[list[float | None] | None] = []
+        seed_global_generators("method", self.scene.name, settings.method, self._seed)
         try:
             selector = method.selector(checked, Resources(weights, self._settings.device))
             own_fit = isinstance(selector, PreparesRepresentation)

@@ -25,7 +25,7 @@ from avs.system.devices import take_device
 from avs.system.errors import UserError
 from avs.system.files import file_hash
 from avs.system.records import is_as_written, read_record, write_record
-from avs.system.seeds import seed_of
+from avs.system.seeds import seed_global_generators, seed_of
 
 
 def run_episode(
@@ -59,6 +59,7 @@ def run_episode(
     method = registry.find(settings.method).method if views is None else _program(settings.protocol, scene, views)
     if set(settings.own).intersection(SCHEDULE) and method.group not in UNRANKED:
         method = dataclasses.replace(method, group=OWN_SCHEDULE)
+    seed_global_generators("method", scene.name, settings.method, seed)
     # A program reads its settings by itself; they are recorded as they are.
     checked = registry.create_settings(settings.method, settings.selector) if views is None else Settings()
     identity = Identity(
@@ -183,6 +184,7 @@ def _prepared(build: Builder, recorded: Episode, device: str) -> Builder:
     if method is None or method.scorer is not None or method.pretrained or method.follows is not None:
         return build
     settings = registry.create_settings(recorded.method, recorded.selector)
+    seed_global_generators("method", recorded.scene, recorded.method, recorded.seed)
     return preparing(build, method, method.selector(settings, Resources(device=device)))
 
 

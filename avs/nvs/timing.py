@@ -24,7 +24,7 @@ from avs.system import provenance
 from avs.system.devices import take_device
 from avs.system.machine_load import LoadMeter
 from avs.system.records import write_record
-from avs.system.seeds import seed_of
+from avs.system.seeds import seed_global_generators, seed_of
 
 
 def write_state(scene_folder: Path, settings: StateSettings, out: Path) -> None:
@@ -64,6 +64,7 @@ def time_method(
     method = registry.find(settings.method).method
     checked = registry.create_settings(settings.method, settings.selector)
     scene = read_scene(scene_folder)
+    seed_global_generators("method", scene.name, settings.method)
     selector = method.selector(checked, Resources(weights, settings.device))
     own_fit = isinstance(selector, PreparesRepresentation)
     build = preparing(_builder(scene, settings), method, selector)

@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from avs.selection.contract import Direction, HasNotes, JointSelector, Method, Selection, Selector, State
 from avs.system.global_state import unchanged
+from avs.system.seeds import seed_global_generators_from
 
 
 def choose(scores: npt.NDArray[np.float64], k: int, chooses: Direction) -> npt.NDArray[np.int64]:
@@ -26,6 +27,8 @@ def choose(scores: npt.NDArray[np.float64], k: int, chooses: Direction) -> npt.N
 def select_views(method: Method, selector: Selector, state: State, k: int) -> Selection:
     """Return the ``k`` candidates that a method captures next, with its scores.
 
+    Should it draw from generators that the process shares, in place of ``state.rng``, these are seeded like that.
+
     Args:
         method: its metadata, which tell the direction.
         selector: what ``method`` built.
@@ -40,6 +43,7 @@ def select_views(method: Method, selector: Selector, state: State, k: int) -> Se
         UserError: what the method raises.
         Exception: what else the method raises. It carries a note that names the method.
     """
+    seed_global_generators_from(state.rng)
     try:
         return _selected(method, selector, state, k)
     except (Exception, SystemExit) as error:

@@ -184,6 +184,8 @@ def become(request: Request) -> None:
     own = request.environment
     os.environ.update({name: own[name] for name in _OF_JOB & own.keys()})
     tempfile.tempdir = None
+    if "numpy" in sys.modules:  # its generator was seeded when it was imported; Python's seeds itself anew after a fork
+        sys.modules["numpy"].random.seed()
     sys.argv[1:] = request.arguments  # runpy sets the first
     runpy.run_module("avs", run_name="__main__", alter_sys=True)
 

@@ -30,6 +30,7 @@ from avs.system.errors import UserError
 from avs.system.files import file_hash
 from avs.system.global_state import unchanged
 from avs.system.records import write_record
+from avs.system.seeds import seed_global_generators
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -144,6 +145,7 @@ def _by_metric(data: Distortions, told: ScoredMetric, settings: HeldOutJob, weig
     method = registry.find(told.method).method
     scores, failure = None, None
     notes: list[str] = []
+    seed_global_generators("method", data.scene, told.method)
     try:
         _, selector = _selector(told.method, told.selector, weights, settings.device)
         if not isinstance(selector, AssessesImages):

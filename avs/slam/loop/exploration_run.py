@@ -33,6 +33,7 @@ from avs.slam.scoring.path_choice import build_scorer
 from avs.slam.scoring.path_scorer import PathScorer
 from avs.system import provenance
 from avs.system.records import write_record
+from avs.system.seeds import seed_global_generators
 from avs.system.tensor_files import write_tensors
 from metrics.coverage import nearest_distances
 
@@ -76,6 +77,7 @@ def run_exploration(
     world = open_world(mesh, name, settings, seed)
     surface = SeenSurface(world.surface, world.simulator, settings.evaluation.threshold)
     exploration = Exploration(world, settings, seed, surface)
+    seed_global_generators("method", name, method, seed)
     scorer = build_scorer(settings.scorer, surface, Resources(weights))
     _explore(exploration, scorer, out / CHECKPOINT, progress, code)
     with exploration.clocks.of("measure"):
