@@ -105,7 +105,7 @@ def scorer_table(
         from avs.report.tables.scorer_agreement import write_scorer_table
 
         told = read_settings(settings, ScorerTableJob)
-        write_scorer_table(records, told.scenes, told.methods, out, told.absent)
+        write_scorer_table(records, told.scenes, told.methods, out, told.absent, told.same_pictures)
 
 
 @commands.command("ranking_table")

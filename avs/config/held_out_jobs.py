@@ -18,6 +18,8 @@ from avs.iqa.render_statistics.regression_settings import RegressionSettings
 from avs.report.labels import told_apart
 from avs.selection import registry
 
+_EMBEDDED = "embedded"  # the source of scenes whose textures do not depend on their seed
+
 
 def held_out_scenes(config: Config) -> dict[str, tuple[str, ...]]:
     """Return the held-out scenes on which scorers are measured, by data set; none where there is nothing to measure.
@@ -70,8 +72,12 @@ def held_out_job(config: Config) -> HeldOutJob:
 def scorer_table_job(config: Config) -> ScorerTableJob:
     """Return what the table reads."""
     rows, absent = _rows(config), absent_methods(config)
+    scenes = held_out_scenes(config)
+    training = () if config.distortions is None else config.distortions.training
+    embedded = tuple(name for name in scenes if config.datasets[name].source == _EMBEDDED)
     return ScorerTableJob(
-        scenes=held_out_scenes(config),
+        scenes=scenes,
+        same_pictures=embedded if any(config.datasets[name].source == _EMBEDDED for name in training) else (),
         methods=rows,
         absent={name: absent[name] for name in rows if name in absent},
     )

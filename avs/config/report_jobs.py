@@ -124,5 +124,8 @@ class ScorerTableJob(StrictModel):
     """What the table of scorers on held-out scenes reads."""
 
     scenes: dict[str, tuple[str, ...]] = Field(description="names of the held-out scenes, by data set")
+    same_pictures: tuple[str, ...] = Field(
+        default=(), description="data sets of them whose surfaces show the pictures that training scenes show"
+    )
     methods: tuple[str, ...] = Field(description="methods that have rows there, in order")
     absent: dict[str, Reason] = Field(description="why one of them has no number, by identifier")

@@ -15,4 +15,4 @@ def wanted_scorers(jobs: PlannedJobs) -> WantedScorers | None:
     places = [{"dataset": dataset, "scene": scene} for dataset, scenes in told.scenes.items() for scene in scenes]
     found = [jobs.job("held_out_scores", place) for place in places]
     records = tuple(WantedHeldOut(each.path, each.logs, each.stale) for each in found)
-    return WantedScorers(records, told.scenes, told.methods, told.absent)
+    return WantedScorers(records, told.scenes, told.methods, told.absent, told.same_pictures)

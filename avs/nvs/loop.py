@@ -15,6 +15,7 @@ from avs.nvs.protocol import ProtocolSettings
 from avs.nvs.record import CurvePoint, Episode, EpisodeMeta, KeptPictures, Step, StepTimes
 from avs.nvs.schedule import capped_budget, initial_captures
 from avs.representations.base import Representation
+from avs.scene.cameras import IndexArray
 from avs.scene.scene import Scene
 from avs.selection.choice import notes_of
 from avs.selection.contract import Method, Selector, State
@@ -240,6 +241,7 @@ class _Loop:
             scene=scene.name,
             dataset=scene.dataset,
             scene_hash=scene.content_hash,
+            image_size=_largest(scene.cameras.sizes),
             method=identity.method,
             label=method.label,
             group=method.group,
@@ -267,3 +269,9 @@ class _Loop:
         if settings is None:
             return None
         return kept_pictures(pictures, [scene.names[scene.test[row]] for row in final_rows(len(scene.test), settings)])
+
+
+def _largest(sizes: IndexArray) -> tuple[int, int]:
+    """Return the width and the height of the image with the most pixels, of ``[n, 2]``."""
+    width, height = sizes[sizes.prod(axis=1).argmax()].tolist()
+    return width, height

@@ -65,6 +65,9 @@ class Episode(StrictModel):
     scene: str
     dataset: str
     scene_hash: str = Field(description="content hash of the scene")
+    image_size: tuple[int, int] | None = Field(
+        default=None, description="width and height of the largest image in pixels; null if not known"
+    )
     method: str = Field(description="identifier, such as fisherrf; 'replay' in a replay")
     label: str = Field(description="printed name, such as FisherRF")
     group: str = Field(description="row group of the table, such as 3D-based")

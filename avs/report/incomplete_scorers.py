@@ -38,12 +38,14 @@ class WantedScorers:
         scenes: names of the held-out scenes, by data set.
         methods: identifiers of the methods that have rows, in order.
         absent: why one of them has no number, by identifier.
+        same_pictures: see ``avs.report.tables.scorer_agreement.scorer_agreement``.
     """
 
     records: tuple[WantedHeldOut, ...]
     scenes: Mapping[str, tuple[str, ...]]
     methods: tuple[str, ...]
     absent: Mapping[str, Reason]
+    same_pictures: tuple[str, ...] = ()
 
 
 def incomplete_scorers(wanted: WantedScorers) -> Document:
@@ -58,4 +60,6 @@ def incomplete_scorers(wanted: WantedScorers) -> Document:
         fault = f"{len(missing)} of {len(reasons)} held-out scenes have no scores"
         raise UserError("table of scorers", fault, "; ".join(dict.fromkeys(missing)))
     paths = [each.path for each in wanted.records]
-    return scorer_agreement(read_held_out(paths, wanted.scenes), wanted.methods, wanted.absent, paths)
+    return scorer_agreement(
+        read_held_out(paths, wanted.scenes), wanted.methods, wanted.absent, paths, wanted.same_pictures
+    )

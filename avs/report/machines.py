@@ -24,7 +24,10 @@ Told = tuple[str, Mapping[str, str], Mapping[str, str]]
 
 
 def machine_notes(
-    records: Sequence[Path], kind: type[EpisodeMeta | CoverageMeta | ComputedBy] = EpisodeMeta, what: str = "episodes"
+    records: Sequence[Path],
+    kind: type[EpisodeMeta | CoverageMeta | ComputedBy] = EpisodeMeta,
+    what: str = "episodes",
+    timed: bool = False,
 ) -> list[str]:
     """Return a line for each fact of machine or packages that differs between records, with how many have which value.
 
@@ -35,32 +38,34 @@ def machine_notes(
             is known of an episode.
         kind: what those files hold.
         what: what the records are of, in plural.
+        timed: whether seconds stand beside each other, for which the processor and its cores count in any case.
 
     Raises:
         UserError: such a file is damaged.
     """
     beside = [path.with_suffix(".meta.json") for path in records]
     metas = [read_record(path, kind) for path in beside if path.is_file()]
-    return differing([(meta.device, meta.machine, meta.packages) for meta in metas], what)
+    return differing([(meta.device, meta.machine, meta.packages) for meta in metas], what, timed)
 
 
-def differing(told: Sequence[Told], what: str) -> list[str]:
+def differing(told: Sequence[Told], what: str, timed: bool = False) -> list[str]:
     """Return a line for each fact that differs; see ``machine_notes``.
 
     Args:
         told: device, machine and packages of each record.
         what: the records, in plural.
+        timed: as there.
     """
-    known = [_facts(*each) for each in told]
+    known = [_facts(*each, timed) for each in told]
     names = dict.fromkeys(name for facts in known for name in facts)
     lines = (_line(name, [facts.get(name, "none") for facts in known], what) for name in names)
     native = sum(facts["device"] == "cpu" and facts.get("numerics") == "native" for facts in known)
     return [*([_NATIVE.format(number=native, all=len(known))] if native else []), *(line for line in lines if line)]
 
 
-def _facts(device: str, machine: Mapping[str, str], packages: Mapping[str, str]) -> dict[str, str]:
-    own = {name: machine[name] for name in _MACHINE if name in machine}
-    if device == "cpu" and own.get("numerics") == "portable":
+def _facts(device: str, machine: Mapping[str, str], packages: Mapping[str, str], timed: bool) -> dict[str, str]:
+    own = {name: machine[name] for name in (*_MACHINE, *(["cores"] if timed else [])) if name in machine}
+    if not timed and device == "cpu" and own.get("numerics") == "portable":
         own.pop("processor", None)
     return {"device": device} | own | dict(packages)
 

@@ -103,7 +103,7 @@ def test_folders_that_are_no_scenes_are_counted_and_told_by_reason(episode, tabl
     _, markdown, _ = table(
         [episode("random")], ["random"], left_out={"lost+found": reason, "b": reason, "c": Reason(cause="x")}
     )
-    assert "Left out: 3 folders of it that cannot be a scene. Test images" in markdown
+    assert "Left out: 3 folders of it that cannot be a scene. Representation: gaussians, " in markdown
     assert f"- left out, lost+found, b: {reason}\n- left out, c: x\n" in markdown
     assert "eft out" not in table([episode("random")], ["random"])[1]
 

@@ -4,6 +4,7 @@ import pytest
 
 from avs.nvs.record import EpisodeMeta
 from avs.report.figures.psnr_over_views import write_psnr_over_views
+from avs.report.machines import machine_notes
 from avs.system.errors import UserError
 from avs.system.records import write_record
 from tests.report.view_synthesis_tables import TableWriter
@@ -78,6 +79,15 @@ def with_numerics(meta, numerics):
 
 def test_processors_do_not_matter_where_numerics_are_portable(table):
     assert SAID not in table(with_numerics(facts(), "portable"), with_numerics(facts("AMD"), "portable"), None)
+
+
+def test_processors_matter_where_seconds_stand_beside_each_other(tmp_path):
+    paths = [tmp_path / name / "episode.json" for name in ("a", "b")]
+    for path, (processor, cores) in zip(paths, (("Intel", "2"), ("AMD", "64")), strict=True):
+        write_record(path.with_name("episode.meta.json"), with_numerics(facts(processor, cores), "portable"))
+    assert machine_notes(paths) == []
+    told = machine_notes(paths, timed=True)
+    assert [note.partition(" differs")[0] for note in told] == ["processor", "cores"]
 
 
 def test_native_numerics_are_told_of(table):

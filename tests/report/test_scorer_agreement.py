@@ -191,6 +191,9 @@ def test_what_scores_say_of_themselves_settings_and_versions_are_told(tmp_path):
         write_record(path.with_suffix(".meta.json"), facts)
     notes = scorer_agreement(records, ["niqe"], {}, paths).notes
     assert notes.count("NIQE: fitted to 9 photographs") == 1
+    assert not any("ten photographs" in note for note in notes)
+    shared = scorer_agreement(records, ["niqe"], {}, paths, ["a_held_out"]).notes
+    assert any(note.startswith("a_held_out: the scenes trained nothing, but their surfaces show") for note in shared)
     assert "NIQE, not as by default: resize.pixels 56 instead of 518" in notes
     assert any(note.startswith("1 of 2 computed with native numerics") for note in notes)
     for name in ("numerics", "pyiqa"):

@@ -17,16 +17,17 @@ def write_caption(out: Path, text: str) -> None:
     write_text(out.with_name(f"{out.name}.md"), textwrap.fill(text, _WIDTH, break_on_hyphens=False) + "\n")
 
 
-def told_of_machines(records: Sequence[Path]) -> str:
+def told_of_machines(records: Sequence[Path], *, timed: bool = False) -> str:
     """Return the end of a caption: of which machines and packages the episodes are, if of several; else nothing.
 
     Args:
         records: ``episode.json`` files; see ``avs.report.machines.machine_notes``.
+        timed: as there.
 
     Raises:
         UserError: what lies beside one is damaged.
     """
-    return sentences(machine_notes(records))
+    return sentences(machine_notes(records, timed=timed))
 
 
 def sentences(notes: Sequence[str]) -> str:

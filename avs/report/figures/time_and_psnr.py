@@ -66,7 +66,7 @@ def write_time_and_psnr(
     scenes, seeds = sorted({scene for scene, _ in shared}), {seed for _, seed in shared}
     told = f"{len(seeds)} seeds" if len(seeds) > 1 else "one seed"
     caption = _CAPTION.format(scene=", ".join(scenes), dataset=dataset, seeds=told, threshold=threshold)
-    write_caption(out, caption + told_of_machines(collected.records))
+    write_caption(out, caption + told_of_machines(collected.records, timed=True))
     _write(panel.curves, times, threshold, panel.title, reference, out)
     return None
 

@@ -50,7 +50,7 @@ def remarks(explorations: Explorations, methods: Iterable[str]) -> list[str]:
         (str(explorations.cells[place].settings.get("device", "cpu")), meta.machine, meta.packages)
         for place, meta in sorted(explorations.metas.items())
     ]
-    notes += differing(told, "explorations")
+    notes += differing(told, "explorations", timed=True)
     notes.append(
         "published: the paper's values on Gibson, one number each without a spread, for orientation alone: other "
         "buildings, another camera and another mapper, so that no difference is printed"

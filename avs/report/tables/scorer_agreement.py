@@ -53,6 +53,11 @@ _GROUPS: dict[Kind, str] = {
 _UNMARKED: tuple[Kind, ...] = ("references",)
 _DECIMALS = 4  # of the csv files
 
+_SAME_PICTURES = (
+    "{datasets}: the scenes trained nothing, but their surfaces show some of the ten photographs that those of training "
+    "scenes show, in other places, so that real scenes are farther from the training than these"
+)
+
 _Numbers = Mapping[str, Mapping[str, Mapping[str, Agreement]]]  # by scenes, predictor and metric
 _Partial = Mapping[tuple[str, str], str]  # by scenes and predictor: of how few moments its number within them is
 
@@ -63,6 +68,7 @@ def write_scorer_table(
     methods: Sequence[str],
     out: Path,
     absent: Mapping[str, Reason],
+    same_pictures: Sequence[str] = (),
 ) -> None:
     """Write ``out`` with the suffixes ``.csv``, ``.md``, ``.tex`` and ``.json``, and ``_per_scene.csv``.
 
@@ -75,11 +81,12 @@ def write_scorer_table(
         methods: identifiers of the methods that have rows, in order.
         out: path of the table without suffix.
         absent: why one of them has no number, by identifier.
+        same_pictures: see ``scorer_agreement``.
 
     Raises:
         UserError: a record is missing, damaged or of another scene, or they are not comparable.
     """
-    write_document(scorer_agreement(read_held_out(paths, scenes), methods, absent, paths), out)
+    write_document(scorer_agreement(read_held_out(paths, scenes), methods, absent, paths, same_pictures), out)
 
 
 def scorer_agreement(
@@ -87,6 +94,7 @@ def scorer_agreement(
     methods: Sequence[str],
     absent: Mapping[str, Reason],
     paths: Sequence[Path] = (),
+    same_pictures: Sequence[str] = (),
 ) -> Document:
     """Return the table.
 
@@ -95,6 +103,7 @@ def scorer_agreement(
         methods: identifiers of the methods that have rows, in order.
         absent: why one of them has no number, by identifier.
         paths: the files of the records, beside which stands with what they were computed.
+        same_pictures: data sets whose surfaces show the pictures that training scenes show.
     """
     datasets = list(dict.fromkeys(record.dataset for record in records))
     numbers: _Numbers = {ALL: agreements(records)} | {
@@ -108,6 +117,7 @@ def scorer_agreement(
         groups=_groups(records[0].scored, columns, numbers, partial, methods, absent),
         notes=(
             *dict.fromkeys(_notes(records, partial, methods, absent)),
+            *([_SAME_PICTURES.format(datasets=", ".join(same_pictures))] if same_pictures else []),
             *machine_notes(paths, ComputedBy, "records of held-out scenes"),
         ),
         listing=_listing(records[0].scored, numbers, partial, absent),

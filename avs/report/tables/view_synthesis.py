@@ -154,12 +154,22 @@ def _caption(episodes: Episodes, numbers: Numbers, left_out: int) -> list[str]:
     sentences = [
         f"Active view selection on the data set {called(episodes.dataset)}: {', '.join(facts)}.",
         *([f"Left out: {count(left_out, 'folder')} of it that cannot be a scene."] if left_out else []),
+        _reconstruction(episodes),
         "Test images at the end of the optimisation; mean over seeds of the mean over scenes.",
     ]
     if has_spread(numbers):
         sentences.append("After the plus-minus sign: standard deviation over seeds of the mean over scenes.")
     sentences.append("Marks rank the printed means, whatever their intervals.")
     return sentences
+
+
+def _reconstruction(episodes: Episodes) -> str:
+    """Return of what images, and as what, scenes were reconstructed."""
+    kinds = sorted({str(episode.representation.get("kind", "gaussians")) for episode in episodes.all})
+    sizes = {max(episode.image_size) for episode in episodes.all if episode.image_size is not None}
+    told = f"{span(episode.curve[-1].primitives for episode in episodes.all)} primitives"
+    images = f"; images of {span(sizes)} pixels on the longer side" if sizes else ""
+    return f"Representation: {', '.join(kinds)}, {told} at the end{images}."
 
 
 def _scenes(episodes: Episodes, methods: Sequence[str]) -> Listing:
