@@ -54,8 +54,8 @@ _UNMARKED: tuple[Kind, ...] = ("references",)
 _DECIMALS = 4  # of the csv files
 
 _SAME_PICTURES = (
-    "{datasets}: the scenes trained nothing, but their surfaces show some of the ten photographs that those of training "
-    "scenes show, in other places, so that real scenes are farther from the training than these"
+    "{datasets}: the scenes trained nothing, but their surfaces show some of the ten photographs that those of "
+    "training scenes show, in other places, so that real scenes are farther from the training than these"
 )
 
 _Numbers = Mapping[str, Mapping[str, Mapping[str, Agreement]]]  # by scenes, predictor and metric
