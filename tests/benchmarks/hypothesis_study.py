@@ -53,13 +53,12 @@ def persistence(episode, later=LATER):
 
 def measured(episodes, scenes, value, methods=None):
     """Return ``value`` of each method that has all episodes, ``[scenes, seeds]``, by its printed name."""
-    count = len(episodes.scenes) * len(episodes.seeds)
     return {
         next(iter(of.values())).label: np.array(
             [[value(scenes[name], of[name, seed]) for seed in episodes.seeds] for name in episodes.scenes]
         )
         for method, of in episodes.cells.items()
-        if len(of) == count and (methods is None or method in methods)
+        if not episodes.lacking(method) and (methods is None or method in methods)
     }
 
 
@@ -111,8 +110,7 @@ def main():
     methods = sorted({path.parts[-3] for path in paths})
     episodes = read_dataset(paths, methods, told.dataset)
     names = episodes.scenes
-    count = len(names) * len(episodes.seeds)
-    lacking = sorted(method for method, of in episodes.cells.items() if len(of) < count)
+    lacking = sorted(method for method in episodes.cells if episodes.lacking(method))
     if "random" in lacking or "random" not in episodes.cells:
         parser.error(f"{told.dataset}: the run lacks episodes of random, which the others are held to; complete it")
     seeds = ", ".join(map(str, episodes.seeds))
