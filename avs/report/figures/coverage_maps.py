@@ -84,9 +84,7 @@ def write_coverage_maps(
     maps, cloud = _read(records, covered, scene.content_hash)
     first = next(iter(maps.values())).record
     if first.extent is None:
-        nothing = f"{first.dataset}, {first.scene}: {first.absent.get('against_reference')}"
-        write_caption(out, nothing)
-        return draw_notice(nothing, out)
+        return draw_notice(f"{first.dataset}, {first.scene}: {first.absent.get('against_reference')}", out)
     voxel = float(first.settings["voxel"]) * first.extent
     projection = project(cloud.positions, _widest(cloud, scene.cameras, voxel), voxel, _LONG_SIDE)
     whole = painted(projection)

@@ -59,7 +59,6 @@ def write_coverage_over_views(
         write_caption(out, _CAPTION + told)
     else:
         draw_notice(_NOTHING, out)
-        write_caption(out, _NOTHING)
 
 
 def coverage_panels(episodes: Sequence[Path], records: Sequence[Path], methods: Sequence[str]) -> list[Panel]:

@@ -55,9 +55,7 @@ def write_critical_difference(episodes: Sequence[Path], methods: Sequence[str], 
     grid = grid_of(collected, [each.identifier for each in shown], METRICS["psnr"])
     ranks = ranks_of(grid, METRICS["psnr"])
     if ranks is None or ranks.blocks < 2:
-        notice = f"{headed(dataset)}: ranks need two methods and two scenes to be compared over."
-        draw_notice(notice, out)
-        write_caption(out, notice)
+        draw_notice(f"{headed(dataset)}: ranks need two methods and two scenes to be compared over.", out)
         return
     scenes, seeds = ", ".join(collected.scenes), ", ".join(map(str, collected.seeds))
     told = {"dataset": headed(dataset), "scenes": scenes, "seeds": seeds, "level": f"{1 - CONFIDENCE:.0%}"}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from avs.report.figures.captions import write_caption
 from avs.system.files import atomic_path
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ def axes_in(figure: Figure, box: Box) -> Axes:
 
 
 def draw_notice(text: str, out: Path) -> None:
-    """Write a figure that says why there is nothing to draw, in place of one."""
+    """Write a figure that says why there is nothing to draw, in place of one, and the same as its caption."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
@@ -56,6 +57,7 @@ def draw_notice(text: str, out: Path) -> None:
         figure = Figure(figsize=(6.0, 1.0))
         figure.text(0.02, 0.5, text, va="center", wrap=True)
         save_figure(figure, out)
+    write_caption(out, text)
 
 
 def save_figure(figure: Figure, out: Path) -> None:

@@ -94,9 +94,9 @@ def write_qualitative(
     order = list(dict.fromkeys(each for found in shown.values() for each in found))
     columns = [method for method in order if any(method in row.renderings for row in rows)]
     seeds = ", ".join(map(str, sorted({row.seed for row in rows})))
-    write_caption(out, _CAPTION.format(seeds=seeds) + told_of_machines(episodes) if rows else _NOTHING)
     if not rows:
         return draw_notice(_NOTHING, out)
+    write_caption(out, _CAPTION.format(seeds=seeds) + told_of_machines(episodes))
     labels = {method: _label(collected, method) for method in columns}
     _write(rows, labels, out)
     return None

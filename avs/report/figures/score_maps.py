@@ -90,10 +90,10 @@ def write_score_maps(
         if episode.seed == seed and kinds:
             label = presented(episode.method, collected).label
             blocks.append(_Block(label, kinds, _moments(episode, pictures, kinds, moments)))
-    caption = _CAPTION.format(scene=scene, dataset=dataset, seed=seed) + told_of_machines(collected.records)
-    write_caption(out, caption if blocks else _NOTHING)
     if not blocks:
         return draw_notice(f"{dataset}: {_NOTHING}", out)
+    caption = _CAPTION.format(scene=scene, dataset=dataset, seed=seed)
+    write_caption(out, caption + told_of_machines(collected.records))
     _write(blocks, out)
     return None
 

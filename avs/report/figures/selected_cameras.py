@@ -63,9 +63,7 @@ def write_selected_cameras(
     collected, scene = read_dataset(episodes, methods, dataset), read_scene(scene_folder)
     shown = _of_scene(collected, scene)
     if not shown:
-        text = f"{dataset}, {scene.name}: no method has selected views of this scene"
-        write_caption(out, text)
-        return draw_notice(text, out)
+        return draw_notice(f"{dataset}, {scene.name}: no method has selected views of this scene", out)
     labels = [presented(each.method, collected).label for each in shown]
     caption = _CAPTION.format(scene=scene.name, dataset=dataset, seed=shown[0].seed)
     write_caption(out, caption + told_of_machines(collected.records))

@@ -80,7 +80,6 @@ def write_teaser(records: Sequence[Path], episodes: Sequence[Path], methods: Seq
     collected = episodes_of_scene(episodes, methods, times)
     points = points_of(times, collected, methods)
     if not points:
-        write_caption(out, _NOTHING)
         return draw_notice(_NOTHING, out)
     shown = [times[point.method] for point in points]
     front = pareto_front([point for point in points if point.competes and point.whole]) if comparable(shown) else []

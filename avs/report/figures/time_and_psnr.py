@@ -57,9 +57,7 @@ def write_time_and_psnr(
     collected = read_dataset(episodes, methods, dataset)
     (panel,) = panels(collected) or (None,)
     if panel is None:
-        text = f"{dataset}: the methods share no scene and seed."
-        write_caption(out, text)
-        return draw_notice(text, out)
+        return draw_notice(f"{dataset}: the methods share no scene and seed.", out)
     shared = sorted(set.intersection(*(set(cells) for cells in collected.cells.values())))
     times = {curve.method: selection_times(collected, curve.method, shared) for curve in panel.curves}
     threshold = linear_up_to([value for _, values in times.values() for value in values])
