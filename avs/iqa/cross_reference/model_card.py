@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.stats import pearsonr, spearmanr
 
-from avs.iqa.cross_reference.distortions import Distortions, captured_references, decoded
+from avs.iqa.cross_reference.distortions import Distortions, batches, captured_references, decoded
 from avs.iqa.cross_reference.network import CrossReferenceNetwork
 from avs.iqa.cross_reference.scorer_settings import ScorerSettings
 from avs.iqa.cross_reference.trained_scorer import CrossReferenceScorer
@@ -85,7 +84,7 @@ def predict_held_out(
     for number, scene in enumerate(held_out):
         tokens = [scorer.encode(photograph[None])[0] for photograph in scene.photographs]
         black = scorer.encode(np.zeros_like(scene.photographs[0])[None]) if told.pad == "black" else []
-        for rows in _batches(scene):
+        for rows in batches(scene, _BATCH):
             references = [captured_references(scene, row, told.choice, rng)[: told.count] for row in rows]
             predicted = scorer.maps(
                 np.stack([scene.renderings[row] for row in rows]),
@@ -103,14 +102,6 @@ def predict_held_out(
                     true=float(true.mean(dtype=np.float64)),
                     pixels=rng.permutation(np.stack([values, same], axis=-1).reshape(-1, 2))[:_PIXELS],
                 )
-
-
-def _batches(scene: Distortions) -> Iterator[list[int]]:
-    """Yield successive renderings of one size, at most ``_BATCH`` at a time."""
-    for _, group in itertools.groupby(range(len(scene)), key=lambda row: scene.renderings[row].shape):
-        rows = list(group)
-        for start in range(0, len(rows), _BATCH):
-            yield rows[start : start + _BATCH]
 
 
 def agreement(predictions: Sequence[Prediction]) -> dict[str, float | None]:
