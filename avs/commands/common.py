@@ -16,15 +16,15 @@ commands = typer.Typer()
 
 @commands.command()
 def kernels(
-    kinds: Annotated[list[str], typer.Argument(help="kinds of representations")],
+    kind: Annotated[str, typer.Argument(help="kind of representations")],
     log: Log = None,
 ) -> None:
-    """Compile the CPU kernels of kinds of representations, so that no episode has to."""
+    """Compile the CPU kernels of a kind of representations, so that no episode has to."""
     with job(log):
         from avs.representations.kinds import compile_kernels
 
         prepare_torch()
-        compile_kernels(kinds)
+        compile_kernels(kind)
 
 
 @commands.command()

@@ -88,18 +88,6 @@ def agnostic_seeds(config: Config) -> tuple[int, ...]:
     return config.seeds if config.agnostic is None or config.agnostic.seeds is None else config.agnostic.seeds
 
 
-def kinds_of_run(config: Config) -> tuple[str, ...]:
-    """Return the kinds of all representations that a run has, in alphabetical order.
-
-    Gaussians are among them whatever the run has: robots that explore buildings make maps of them.
-    """
-    names = () if config.agnostic is None else tuple(config.agnostic.representations)
-    for_scorers = () if config.distortions is None else config.distortions.datasets
-    found = [config.representation, *(on_representation(config, name).representation for name in names)]
-    found += [representation_of(config, dataset) for dataset in for_scorers]
-    return tuple(sorted({"gaussians", *(each.kind for each in found)}))
-
-
 def check_representations(config: Config, programs: Collection[str]) -> None:
     """Refuse a method, data set or representation of the table `agnostic`, or of data for scorers, that does not fit.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import importlib
 import pkgutil
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Annotated, Any, cast
 
@@ -77,16 +77,15 @@ def build(
     return make(scene, captured, settings, seed, device)
 
 
-def compile_kernels(names: Iterable[str]) -> None:
-    """Compile the CPU kernels of these kinds, so that no episode's times include it.
+def compile_kernels(name: str) -> None:
+    """Compile the CPU kernels of a kind, so that no episode's times include it.
 
     Raises:
         UserError: there is no such kind.
     """
-    for name in names:
-        module, _, function = (find(name).compile or "").partition(":")
-        if module:
-            getattr(importlib.import_module(module), function)()
+    module, _, function = (find(name).compile or "").partition(":")
+    if module:
+        getattr(importlib.import_module(module), function)()
 
 
 def create_settings(values: Mapping[str, Any]) -> RepresentationSettings:

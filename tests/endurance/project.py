@@ -30,7 +30,7 @@ RULE = """use rule views from program as backwards with:
     input: **inputs_of("backwards.py")
     output: views_of("backwards")
 """
-NOT_COMPARED = ("logs", "runtime", "set_aside", "kernels")
+NOT_COMPARED = ("logs", "runtime", "set_aside", "compiled")
 
 
 def lay_out(folder):

@@ -268,6 +268,14 @@ def test_code_that_the_kernels_share_with_the_episodes_reruns_both(finished, tmp
     assert planned(copied)[0] >= {"kernels", "episode", "common_states", "ranking_table"} | SHOWN
 
 
+def test_one_more_representation_makes_nothing_again(copied):
+    """Its kernels are compiled by a job of their own."""
+    values = yaml.safe_load((copied / "tiny.yaml").read_text())
+    values["agnostic"] = {"representations": {"gaussians": {}, "field": {"kind": "tensorf"}}, "methods": ["random"]}
+    (copied / "tiny.yaml").write_text(yaml.safe_dump(values))
+    assert planned(copied)[0] == {"kernels", "settings", "agnostic_episode", "agnostic_table"}
+
+
 def test_tables_of_what_is_there_leave_out_what_other_code_made(finished, tmp_path):
     """Other code of one method: its episodes that the run has not made again yet are not averaged with others."""
     copied = copy_of(finished, tmp_path / "copied", linked=("metrics",))

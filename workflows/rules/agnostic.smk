@@ -47,11 +47,20 @@ def agnostic_options(wildcards, input):
     ]
 
 
+def agnostic_kind(wildcards):
+    """Return the kind of the representation that an episode runs on."""
+    return on_representation(settings, wildcards.representation).representation.kind
+
+
+def agnostic_kernels(wildcards):
+    return KERNELS.format(kind=agnostic_kind(wildcards))
+
+
 def agnostic_code(wildcards):
     """Return the source files of a method and of the representation that it runs on."""
-    kind = on_representation(settings, wildcards.representation).representation.kind
+    kind = kinds.find(agnostic_kind(wildcards)).module
     method = registry.find(wildcards.method).module
-    return sources("avs.nvs.experiment", kinds.find(kind).module, method)
+    return sources("avs.nvs.experiment", kind, method)
 
 
 def agnostic_downloads(wildcards):
@@ -96,7 +105,7 @@ use rule episode as agnostic_episode with:
         downloads=agnostic_downloads,
         views=[],
         followed=[],
-        kernels=KERNELS,
+        kernels=agnostic_kernels,
         settings=f"{RESULTS}/settings/agnostic_episode/{{representation}}/{{method}}.json",
         code=agnostic_code,
     output:

@@ -17,7 +17,6 @@ from avs.config.method_weights import (
     check_named_files,
     weights_of,
 )
-from avs.config.other_representations import kinds_of_run
 from avs.datasets import reader_registry
 from avs.representations import kinds
 from avs.selection import registry
@@ -67,9 +66,6 @@ os.environ[numerics.VARIABLE] = settings.numerics
 
 REPRESENTATION = kinds.find(settings.representation.kind)
 
-# Those whose kernels are compiled.
-KINDS = kinds_of_run(settings)
-
 RESULTS = f"results/{settings.scale}"
 LOGS = f"{RESULTS}/logs"
 
@@ -84,9 +80,11 @@ RUNNABLE = {
     for dataset in settings.evaluated
 }
 
-# Says that the kernels have been compiled here. No job takes it as ancient(): Snakemake 9.27 does not look at the reasons
-# of a job of its own while one that it depends on is to run, and so would pass over a change of code that both read.
-KERNELS = f"{RESULTS}/kernels"
+# Says that the kernels of a kind of representations have been compiled here: a file for each kind, so that one more kind
+# in the configuration makes nothing again. No job takes it as ancient(): Snakemake 9.27 does not look at the reasons of a
+# job of its own while one that it depends on is to run, and so would pass over a change of code that both read.
+KERNELS = f"{RESULTS}/compiled/{{kind}}"
+OWN_KERNELS = KERNELS.format(kind=settings.representation.kind)
 
 # The code that the run was planned with; a job fails that finds another one.
 CODE = f"{RESULTS}/code.sha256"
@@ -101,6 +99,7 @@ wildcard_constraints:
     dataset="[a-z0-9_]+",
     method="[a-z0-9-]+",
     scorer="[a-z0-9]+",
+    kind="[^/]+",
     seed="[0-9]+",
     job="[a-z0-9_/-]+",
 
@@ -132,26 +131,24 @@ def code_of_methods():
     return {path for module in modules for path in sources(module)}
 
 
-def compiling_modules():
-    """Return the modules that compile the kernels of the kinds that the run has."""
-    found = [kinds.find(name).compile for name in KINDS]
-    return [each.partition(":")[0] for each in found if each]
+def compiling_code(wildcards):
+    """Return the source files of what compiles the kernels of a kind; none where it has no kernels."""
+    told = kinds.find(wildcards.kind).compile
+    return sources(told.partition(":")[0]) if told else []
 
 
 rule kernels:
     input:
-        code=sources(*compiling_modules()),
+        code=compiling_code,
     output:
         touch(KERNELS),
     log:
-        f"{LOGS}/kernels.log",
+        f"{LOGS}/kernels/{{kind}}.log",
     priority: 3
-    params:
-        kinds=KINDS,
     message:
-        "compilation of the CPU kernels"
+        "compilation of the CPU kernels of {wildcards.kind}"
     shell:
-        "{AVS} kernels {params.kinds} --log {log}"
+        "{AVS} kernels {wildcards.kind} --log {log}"
 
 
 # One file for each kind of job, and no process of Python for each file.

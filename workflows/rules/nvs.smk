@@ -142,7 +142,7 @@ rule episode:
         downloads=downloads,
         views=listed_views,
         followed=followed_episode,
-        kernels=KERNELS,
+        kernels=OWN_KERNELS,
         settings=f"{RESULTS}/settings/episode/{{method}}.json",
         code=method_code,
     output:
@@ -222,7 +222,7 @@ rule common_states:
         scene=SCENE,
         weights=scoring_weights,
         downloads=scoring_downloads,
-        kernels=KERNELS,
+        kernels=OWN_KERNELS,
         settings=f"{RESULTS}/settings/common_states/{{dataset}}.json",
         code=scoring_code,
     output:

@@ -44,7 +44,7 @@ def episode_options(wildcards, input):
 rule runtime_state:
     input:
         scene=SCENE,
-        kernels=KERNELS,
+        kernels=OWN_KERNELS,
         settings=f"{RESULTS}/settings/runtime_state.json",
         code=sources("avs.nvs.timing", REPRESENTATION.module),
     output:
@@ -69,7 +69,7 @@ rule runtime:
         state=f"{RUNTIME}/state.safetensors",
         weights=method_weights,
         downloads=method_files,
-        kernels=KERNELS,
+        kernels=OWN_KERNELS,
         settings=f"{RESULTS}/settings/runtime/{{method}}.json",
         code=timing_code,
     output:

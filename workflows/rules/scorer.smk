@@ -57,6 +57,10 @@ def distortion_settings(wildcards):
     return f"{RESULTS}/settings/distortions.json"
 
 
+def distortion_kernels(wildcards):
+    return KERNELS.format(kind=representation_of(settings, wildcards.dataset).kind)
+
+
 def distortion_code(wildcards):
     """Return the source files of renderings, and of the representation that is rendered."""
     kind = kinds.find(representation_of(settings, wildcards.dataset).kind)
@@ -67,7 +71,7 @@ rule distortions:
     input:
         scene=SCENE,
         settings=distortion_settings,
-        kernels=KERNELS,
+        kernels=distortion_kernels,
         code=distortion_code,
     output:
         DISTORTIONS,

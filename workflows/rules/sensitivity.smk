@@ -79,7 +79,7 @@ use rule episode as sensitivity_episode with:
         downloads=downloads,
         views=[],
         followed=[],
-        kernels=KERNELS,
+        kernels=OWN_KERNELS,
         settings=f"{RESULTS}/settings/sensitivity_episode/{{variant}}/{{method}}.json",
         code=method_code,
     output:

@@ -159,7 +159,7 @@ rule exploration:
         beside=building_side_files,
         weights=exploration_weights,
         downloads=exploration_downloads,
-        kernels=KERNELS,
+        kernels=KERNELS.format(kind="gaussians"),  # what maps are made of
         settings=f"{RESULTS}/settings/exploration/{{building}}/{{method}}.json",
         code=exploration_code,
     output:
