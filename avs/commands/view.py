@@ -25,16 +25,25 @@ def view(
         from avs.report.page.live_view import HOST, serve_episode
 
         record = episode / "episode.json" if episode.is_dir() else episode
-        folder = scene or _scene_of(record)
+        folder = scene or scene_of(record)
         server = serve_episode(record, folder, port)
         print(f"http://{HOST}:{port} shows {record.parent}; stop with Ctrl-C", flush=True)
         with suppress(KeyboardInterrupt):
             server.sleep_forever()
 
 
-def _scene_of(record: Path) -> Path:
-    """Return the folder of the scene of an episode that lies where a run writes it."""
+def scene_of(record: Path) -> Path:
+    """Return the folder of the scene of an episode that lies where a run writes it.
+
+    Raises:
+        UserError: it lies elsewhere, or its scene is not there.
+    """
     parts = record.absolute().parents
     if len(parts) < 6 or parts[4].name != "episodes":
         raise UserError(record, "does not lie where a run writes it", "name its scene with --scene")
-    return parts[5] / "scenes" / parts[3].name / parts[2].name
+    # Episodes of the tables `agnostic` and `sensitivity` lie two folders deeper than those of the run, on its scenes.
+    run = parts[7] if len(parts) > 7 and parts[6].name in ("agnostic", "sensitivity") else parts[5]
+    folder = run / "scenes" / parts[3].name / parts[2].name
+    if not folder.is_dir():
+        raise UserError(record, f"its scene is not in {folder}", "name the scene with --scene")
+    return folder

@@ -48,7 +48,8 @@ def readable(error: ValidationError, model: type[BaseModel], *parents: str) -> U
     places = _places(word, model.model_json_schema())
     if places:
         near = max(places, key=lambda place: (_shared(place, keys), -len(place)))
-        return UserError(subject, "is no key of this section", f"write it as {'.'.join(near)}")
+        where = f"write it as {'.'.join(near)}" if len(near) > 1 else f"write {word} outside of all sections"
+        return UserError(subject, "is no key of this section", where)
     return UserError(subject, *_unknown(word, "key", _all_keys(model)))
 
 

@@ -96,7 +96,7 @@ def read_episodes(paths: Sequence[Path], methods: Sequence[str]) -> list[Episode
         places[key] = path
         datasets.setdefault(episode.dataset, {}).setdefault(episode.method, {})[episode.scene, episode.seed] = episode
     common = {
-        name: _common_settings(each for cells in found.values() for each in cells.values())
+        name: common_settings(each for cells in found.values() for each in cells.values())
         for name, found in datasets.items()
     }
     for (dataset, method, scene, seed), path in places.items():
@@ -140,7 +140,7 @@ def image_mean(point: CurvePoint, metric: str) -> float | None:
 def common_protocol(episodes: Episodes) -> dict[str, Any]:
     """Return the settings of the loop of the run; one that every method has for itself is that of any of them."""
     nearest = min(episodes.all, key=lambda episode: len(episode.own))
-    return {**nearest.protocol, **_common_settings(episodes.all)}
+    return {**nearest.protocol, **common_settings(episodes.all)}
 
 
 def differing_settings(episodes: Episodes) -> dict[str, list[tuple[str, str, str | None]]]:
@@ -166,7 +166,7 @@ def _ordered(cells: dict[str, dict[Cell, Episode]], methods: Sequence[str]) -> d
     return {method: dict(sorted(cells[method].items())) for method in methods if method in cells}
 
 
-def _common_settings(episodes: Iterable[Episode]) -> dict[str, Any]:
+def common_settings(episodes: Iterable[Episode]) -> dict[str, Any]:
     """Return of each setting of the loop its first value that no method has for itself."""
     found: dict[str, Any] = {}
     for episode in episodes:

@@ -39,6 +39,10 @@ def test_every_scale_follows_the_schema(path):
             "configuration: protocol.max_count: is no key of this section; write it as representation.points.max_count",
         ),
         (
+            {"protocol": {"seeds": [0]}},
+            "configuration: protocol.seeds: is no key of this section; write seeds outside of all sections",
+        ),
+        (
             {"datasets": {"orbit": {"source": "embedded", "pattern": "orbit", "seeds": [0], "test_every": 8}}},
             "configuration: datasets.orbit.test_every: is a key of source aria_dtc or .*, not of embedded; remove it",
         ),

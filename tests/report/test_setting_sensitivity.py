@@ -1,6 +1,7 @@
 """The sensitivity table: means, ranks, agreement of the orders by hand; gaps with their reason; equal bytes."""
 
 import csv
+import re
 
 import pytest
 
@@ -52,6 +53,24 @@ def test_means_ranks_and_agreement_by_hand(episode):
     text = document_markdown(document)
     assert "Kendall's tau with base" in text
     assert "Incomplete" not in text
+
+
+def test_it_says_what_a_variant_has_otherwise(episode):
+    base, other = episodes_of(episode, BASE), episodes_of(episode, SWAPPED)
+    for cells in other.cells.values():
+        for place, each in cells.items():
+            loop, kept = each.protocol | {"budget": 5}, {"kind": "gaussians", "densification": {"max_gaussians": 50}}
+            cells[place] = each.model_copy(update={"budget": 5, "protocol": loop, "representation": kept})
+    for cells in base.cells.values():
+        for place, each in cells.items():
+            kept = {"kind": "gaussians", "densification": {"max_gaussians": 90}}
+            cells[place] = each.model_copy(update={"protocol": each.protocol | {"budget": 8}, "representation": kept})
+    document = setting_sensitivity(base, {"other": other, "same": base}, METHODS, {})
+    caption, budget = " ".join(document.caption), base.all[0].budget
+    assert re.search(rf"Columns: base, same: .*, {budget} views, .*; other: .*, 5 views, ", caption)
+    assert "Representations at the end: base: gaussians with " in caption
+    told = "protocol.budget 5 instead of 8, representation.densification.max_gaussians 50 instead of 90"
+    assert [note for note in document.notes if "not as base" in note] == [f"other, not as base: {told}"]
 
 
 def test_a_schedule_of_its_own_under_a_variant_alone_has_no_rank_there(episode):

@@ -9,6 +9,8 @@ import sys
 import pytest
 import yaml
 
+from avs.commands.view import scene_of
+from avs.system.errors import UserError
 from tests.workflow.project import checkout, environment, run, tiny
 
 FIELD = {
@@ -56,6 +58,14 @@ def test_a_record_carries_its_representation(finished):
     other = json.loads((episodes / "gaussians/episodes/orbit/orbit_0/random/0/episode.json").read_text())
     assert (record["representation"]["kind"], other["representation"]["kind"]) == ("tensorf", "gaussians")
     assert record["initial"] == other["initial"]
+
+
+def test_its_scene_is_the_one_of_the_run(finished, tmp_path):
+    results = finished / "results/tiny"
+    episode = "episodes/orbit/orbit_0/random/0/episode.json"
+    assert scene_of(results / "agnostic/field" / episode) == results / "scenes/orbit/orbit_0"
+    with pytest.raises(UserError, match=f"its scene is not in {tmp_path}/scenes/orbit/orbit_0; name the scene with"):
+        scene_of(tmp_path / episode)
 
 
 def test_an_unfinished_run_says_what_is_missing(finished, tmp_path):

@@ -27,9 +27,22 @@ def changed_settings(method: str, settings: Mapping[str, object]) -> str:
     if method not in registry.methods() or not settings:
         return ""
     try:
-        return _told(settings, registry.create_settings(method, {}).model_dump(mode="json"))
+        return differences(settings, registry.create_settings(method, {}).model_dump(mode="json"))
     except UserError:
         return ""
+
+
+def differences(own: Mapping[str, object], usual: Mapping[str, object], left_out: Collection[str] = ()) -> str:
+    """Return where settings differ from others, such as ``budget 6 instead of 8, iterations 100 instead of 150``.
+
+    Args:
+        own: settings, with sections in them.
+        usual: the others.
+        left_out: keys that do not count.
+    """
+    defaults, found = _flat(usual), _flat(own)
+    known = ((key, value, _default(defaults, key, value)) for key, value in found.items() if key not in left_out)
+    return ", ".join(f"{key} {value} instead of {default}" for key, value, default in known if value != default)
 
 
 def changed_chooser(settings: Mapping[str, object]) -> str:
@@ -41,16 +54,10 @@ def changed_chooser(settings: Mapping[str, object]) -> str:
     method, own = settings.get("method"), settings.get("settings")
     named = {key: settings[key] for key in ("kind", "method") if key in settings}
     usual = _CHOOSER.validate_python(named).model_dump(mode="json")
-    parts = [_told(settings, usual, _NAMES)]
+    parts = [differences(settings, usual, _NAMES)]
     if isinstance(method, str) and isinstance(own, Mapping):
         parts.append(changed_settings(method, own))
     return ", ".join(filter(None, parts))
-
-
-def _told(own: Mapping[str, object], usual: Mapping[str, object], left_out: Collection[str] = ()) -> str:
-    defaults, found = _flat(usual), _flat(own)
-    known = ((key, value, _default(defaults, key, value)) for key, value in found.items() if key not in left_out)
-    return ", ".join(f"{key} {value} instead of {default}" for key, value, default in known if value != default)
 
 
 def _default(defaults: Mapping[str, object], key: str, value: object) -> object:

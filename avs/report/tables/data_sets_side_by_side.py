@@ -18,7 +18,8 @@ from avs.report.tables.episode_columns import told_by_columns
 from avs.report.tables.episode_entries import FIELDS, Numbers, entry_cells, entry_listing, has_spread
 from avs.report.tables.episode_gaps import incomplete
 from avs.report.tables.published_columns import published_column, why_no_mean_difference
-from avs.report.tables.table_notes import missing_notes, no_scenes, scenes_and_seeds, span, spread_note, unranked_notes
+from avs.report.tables.reconstruction_facts import column_facts
+from avs.report.tables.table_notes import missing_notes, no_scenes, scenes_and_seeds, spread_note, unranked_notes
 from avs.report.tables.view_synthesis_numbers import COLUMNS, summarise_episodes
 from avs.system.reasons import Reason
 
@@ -139,11 +140,11 @@ def _by_data_set(notes: Iterable[tuple[str, Sequence[str]]]) -> list[str]:
 def _caption(found: Sequence[_Numbers]) -> list[str]:
     sets = [each.shown.episodes for each in found]
     told = "; ".join(f"{called(each.dataset)}, with {', '.join(scenes_and_seeds(each))}" for each in sets)
-    views = span(episode.budget for each in sets for episode in each.all)
     gaps = [f"{each.dataset}: {sentence}" for each in sets for sentence in incomplete(each)]
     sentences = [
         *gaps,
-        f"Active view selection on {len(sets)} data sets, {views} views: {told}.",
+        f"Active view selection on {len(sets)} data sets: {told}.",
+        *column_facts({each.dataset: each for each in sets}),
         "Test images at the end of the optimisation; mean over seeds of the mean over scenes.",
     ]
     if any(has_spread(each.entries) for each in found):

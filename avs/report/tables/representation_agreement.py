@@ -25,6 +25,7 @@ from avs.report.tables.episode_columns import (
     single_values,
     told_by_columns,
 )
+from avs.report.tables.reconstruction_facts import column_differences, column_facts
 from avs.report.tables.representation_agreement_numbers import (
     FEWEST_SCENES,
     METRICS,
@@ -108,12 +109,13 @@ def representation_agreement(
     records = [path for each in episodes.values() for path in each.records]
     return Document(
         label=f"agnostic-{dataset}",
-        caption=tuple(_caption(dataset, grid, found)),
+        caption=(*incomplete(found), *_caption(dataset, grid, episodes)),
         columns=columns,
         groups=(*arranged(columns, list(shown.values()), cells), _order(found, within, orders)),
         notes=(
             *_notes(shown, found, orders, within),
             *_not_measured(episodes),
+            *column_differences(episodes),
             *told_by_columns(episodes, list(shown.values())),
             *machine_notes(records),
         ),
@@ -176,13 +178,13 @@ def _order(found: Standings, within: Mapping[str, Agreement], orders: Sequence[O
     return Group("Order of the methods by PSNR", tuple(rows))
 
 
-def _caption(dataset: str, grid: Sequence[Place], found: Standings) -> list[str]:
+def _caption(dataset: str, grid: Sequence[Place], episodes: Mapping[str, Episodes]) -> list[str]:
     scenes, seeds = dict.fromkeys(scene for scene, _ in grid), dict.fromkeys(seed for _, seed in grid)
     return [
-        *incomplete(found),
-        f"The same methods on several representations of the data set {called(dataset)} ({', '.join(found)}): "
+        f"The same methods on several representations of the data set {called(dataset)} ({', '.join(episodes)}): "
         f"{count(len(scenes), 'scene')} ({', '.join(scenes)}), {count(len(seeds), 'seed')} "
         f"({', '.join(map(str, seeds))}), the same views to choose from and the same number of them.",
+        *column_facts(episodes),
         "Kendall's tau is 1 where two representations put the methods in one order by their mean PSNR, 0 where the "
         "orders are unrelated; tau between single seeds, of one representation, tells what noise leaves of an order.",
     ]

@@ -15,7 +15,8 @@ from avs.report.tables.arrangement import in_groups, ranks
 from avs.report.tables.episode_entries import Numbers
 from avs.report.tables.episode_gaps import incomplete
 from avs.report.tables.episode_notes import episode_notes
-from avs.report.tables.table_notes import missing_notes, no_scenes, scenes_and_seeds, span, unranked_notes
+from avs.report.tables.reconstruction_facts import loop_facts, reconstruction
+from avs.report.tables.table_notes import missing_notes, no_scenes, scenes_and_seeds, unranked_notes
 from avs.report.tables.view_synthesis_numbers import COLUMNS, scene_value, summarise_episodes
 from avs.system.reasons import Reason
 from metrics.definitions import Metric
@@ -145,9 +146,10 @@ def _value(episodes: Episodes, method: str, scene: str | None, numbers: Numbers,
 
 
 def _caption(episodes: Episodes) -> list[str]:
-    facts = [*scenes_and_seeds(episodes), f"{span(episode.budget for episode in episodes.all)} views"]
+    facts = [*scenes_and_seeds(episodes), *loop_facts(episodes)]
     return [
         f"Active view selection scene by scene on the data set {called(episodes.dataset)}: {', '.join(facts)}.",
+        reconstruction(episodes),
         "Test images at the end of the optimisation; mean over seeds.",
         "Marks rank the printed values of a row, whatever their spread over seeds.",
     ]

@@ -17,7 +17,7 @@ from avs.report.tables.changed_settings import changed_settings
 from avs.report.tables.episode_notes import grouped_notes
 from avs.report.tables.gain_reliability import Reliability, reliability, reliability_listing
 from avs.report.tables.score_ranking_numbers import COLUMNS, Ranking, measured_by, summarise_ranking
-from avs.report.tables.table_notes import count, unranked_notes, whole_row
+from avs.report.tables.table_notes import count, span, spanned, unranked_notes, whole_row
 from avs.system.computed_by import ComputedBy
 from avs.system.reasons import Reason
 from metrics.statistics import ENOUGH_FOR_SPREAD
@@ -124,14 +124,18 @@ def _measurement(measured: Reliability | None) -> tuple[Group, ...]:
 
 
 def _caption(records: StateRecords, measured: Reliability | None) -> list[str]:
-    views = sorted({state.views for _, state in records.states})
-    order = next(iter(records.cells.values())).settings["order"]
-    number = len(list(records.states))
+    states = [state for _, state in records.states]
+    views, steps = sorted({state.views for state in states}), sorted({state.iteration for state in states})
+    first = next(iter(records.cells.values()))
+    kind, order = first.representation.get("kind", "gaussians"), first.settings["order"]
+    number = len(states)
     sentences = [
         f"Rank correlation of each method's scores with the truth on the data set {called(records.dataset)}, at "
         f"{count(number, 'common state')}: {count(len(records.scenes), 'scene')} ({', '.join(records.scenes)}), "
         f"{count(len(records.seeds), 'seed')} ({', '.join(map(str, records.seeds))}), "
-        f"{', '.join(map(str, views))} captured views.",
+        f"{', '.join(map(str, views))} captured views after {', '.join(map(str, steps))} iterations, "
+        f"{spanned((len(state.candidates) for state in states), 'candidate')} a state; representation: {kind}, "
+        f"{span(state.primitives for state in states)} primitives.",
         f"At each state all methods score the same candidates of the same reconstruction, whose views are captured in "
         f"{'random order' if order == 'random' else 'the order of farthest-view sampling'}.",
         "One means that the method would take the candidates in the very order of the truth: lowest SSIM or PSNR "

@@ -26,6 +26,7 @@ from avs.report.tables.episode_columns import (
     single_values,
     told_by_columns,
 )
+from avs.report.tables.reconstruction_facts import column_differences, column_facts
 from avs.report.tables.setting_sensitivity_numbers import Agreement, Standing, agreement, standings
 from avs.report.tables.table_notes import count, unranked_notes
 from avs.system.reasons import Reason
@@ -95,10 +96,15 @@ def setting_sensitivity(
     cells = {method: [cell for each in found.values() for cell in _cells(each[method])] for method in methods}
     return Document(
         label=f"sensitivity-{base.dataset}",
-        caption=tuple(_caption(base.dataset, grid, found)),
+        caption=(*incomplete(found), *_caption(base.dataset, grid, settings)),
         columns=columns,
         groups=(*arranged(columns, rows, cells), _order(agreements)),
-        notes=(*_notes(rows, found, agreements), *told_by_columns(settings, rows), *machine_notes(records)),
+        notes=(
+            *_notes(rows, found, agreements),
+            *column_differences(settings),
+            *told_by_columns(settings, rows),
+            *machine_notes(records),
+        ),
         listing=_listing(rows, found, grid),
         appendices={"_agreement": _agreement_listing(agreements), PER_EPISODE: single_values(settings, methods)},
     )
@@ -132,14 +138,14 @@ def _order(agreements: Mapping[str, Agreement]) -> Group:
     return Group(ORDER, rows)
 
 
-def _caption(dataset: str, grid: Sequence[Place], found: Standings) -> list[str]:
+def _caption(dataset: str, grid: Sequence[Place], settings: Mapping[str, Episodes]) -> list[str]:
     scenes, seeds = dict.fromkeys(scene for scene, _ in grid), dict.fromkeys(seed for _, seed in grid)
     return [
-        *incomplete(found),
         f"Test PSNR and rank of each method on the data set {called(dataset)} under the settings of the run "
-        f"({BASE}) and under variants of them ({', '.join(name for name in found if name != BASE)}): "
+        f"({BASE}) and under variants of them ({', '.join(name for name in settings if name != BASE)}): "
         f"{count(len(scenes), 'scene')} "
         f"({', '.join(scenes)}), {count(len(seeds), 'seed')} ({', '.join(map(str, seeds))}).",
+        *column_facts(settings),
         "Kendall's tau is 1 where a variant puts the methods in the order of the run, 0 where they are unrelated.",
         "Two rows tell what is noise: tau between single seeds, of the same settings, and the standard deviation over "
         "seeds of a mean over scenes, pooled over methods; that of a printed mean is smaller by the root of the number "

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from avs.report.collect import Episodes
 from avs.report.intervals import CONFIDENCE, Over
 from avs.report.published import called
+from avs.report.tables.reconstruction_facts import loop_facts, reconstruction
 from avs.report.tables.significance_numbers import LEVEL, Needed, Pair, needed_for, usual_deviation
 from avs.report.tables.table_notes import count, scenes_and_seeds
 from metrics.definitions import Metric
@@ -25,7 +26,8 @@ def significance_caption(episodes: Episodes, metric: Metric, pairs: Sequence[Pai
     """Return what was compared, and how."""
     return [
         f"Which methods differ in {metric.name} on the data set {called(episodes.dataset)}: "
-        f"{', '.join(scenes_and_seeds(episodes))}.",
+        f"{', '.join((*scenes_and_seeds(episodes), *loop_facts(episodes)))}.",
+        reconstruction(episodes),
         f"Paired differences of {count(len(pairs), 'pair')} of methods, Student's t, all pairs together at {LEVEL:.0%} "
         "by Holm's correction; above and below count the methods that a row is told to be better and worse than, on "
         "other scenes of this kind and on these scenes with other seeds.",

@@ -17,14 +17,13 @@ from avs.report.tables.episode_entries import Numbers, entry_cells, entry_listin
 from avs.report.tables.episode_gaps import incomplete
 from avs.report.tables.episode_notes import episode_notes, equal_views
 from avs.report.tables.published_columns import published_column, why_no_mean_difference
+from avs.report.tables.reconstruction_facts import loop_facts, reconstruction
 from avs.report.tables.reference_differences import comparison, comparison_notes, fewer_compared, listed_differences
 from avs.report.tables.table_notes import (
     count,
     missing_notes,
     no_scenes,
     scenes_and_seeds,
-    span,
-    spanned,
     spread_note,
     unranked_notes,
 )
@@ -144,32 +143,17 @@ def view_synthesis(
 
 def _caption(episodes: Episodes, numbers: Numbers, left_out: int) -> list[str]:
     """Return what was measured, on what, and how."""
-    facts = [
-        *scenes_and_seeds(episodes),
-        f"{spanned((len(episode.curve[-1].images) for episode in episodes.all), 'test image')} a scene",
-        f"{span(episode.budget for episode in episodes.all)} views",
-        f"{span(len(episode.initial) for episode in episodes.all)} of them initial",
-        f"{span(episode.curve[-1].iteration for episode in episodes.all)} iterations",
-    ]
+    facts = [*scenes_and_seeds(episodes), *loop_facts(episodes)]
     sentences = [
         f"Active view selection on the data set {called(episodes.dataset)}: {', '.join(facts)}.",
         *([f"Left out: {count(left_out, 'folder')} of it that cannot be a scene."] if left_out else []),
-        _reconstruction(episodes),
+        reconstruction(episodes),
         "Test images at the end of the optimisation; mean over seeds of the mean over scenes.",
     ]
     if has_spread(numbers):
         sentences.append("After the plus-minus sign: standard deviation over seeds of the mean over scenes.")
     sentences.append("Marks rank the printed means, whatever their intervals.")
     return sentences
-
-
-def _reconstruction(episodes: Episodes) -> str:
-    """Return of what images, and as what, scenes were reconstructed."""
-    kinds = sorted({str(episode.representation.get("kind", "gaussians")) for episode in episodes.all})
-    sizes = {max(episode.image_size) for episode in episodes.all if episode.image_size is not None}
-    told = f"{span(episode.curve[-1].primitives for episode in episodes.all)} primitives"
-    images = f"; images of {span(sizes)} pixels on the longer side" if sizes else ""
-    return f"Representation: {', '.join(kinds)}, {told} at the end{images}."
 
 
 def _scenes(episodes: Episodes, methods: Sequence[str]) -> Listing:
