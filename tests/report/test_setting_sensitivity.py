@@ -68,7 +68,7 @@ def test_it_says_what_a_variant_has_otherwise(episode):
     document = setting_sensitivity(base, {"other": other, "same": base}, METHODS, {})
     caption, budget = " ".join(document.caption), base.all[0].budget
     assert re.search(rf"Columns: base, same: .*, {budget} views, .*; other: .*, 5 views, ", caption)
-    assert "Representations at the end: base: gaussians with " in caption
+    assert "Representations: base: gaussians, " in caption
     told = "protocol.budget 5 instead of 8, representation.densification.max_gaussians 50 instead of 90"
     assert [note for note in document.notes if "not as base" in note] == [f"other, not as base: {told}"]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from avs.nvs.record import Episode
 from avs.report.collect import Episodes, common_settings
@@ -22,8 +22,7 @@ def loop_facts(episodes: Episodes) -> list[str]:
 
 def reconstruction(episodes: Episodes) -> str:
     """Return the sentence that says of what images, and as what, scenes were reconstructed."""
-    images = _images(episodes)
-    return f"Representation: {_primitives(episodes, ', ')} at the end{f'; {images}' if images else ''}."
+    return f"Representation: {'; '.join(filter(None, (_at_the_end(episodes), _images(episodes))))}."
 
 
 def column_facts(columns: Mapping[str, Episodes]) -> list[str]:
@@ -33,9 +32,9 @@ def column_facts(columns: Mapping[str, Episodes]) -> list[str]:
     for name, episodes in having.items():
         loops.setdefault(", ".join(filter(None, (*loop_facts(episodes), _images(episodes)))), []).append(name)
     told = [f"{', '.join(names)}: {facts}" if len(loops) > 1 else facts for facts, names in loops.items()]
-    ends = [f"{name}: {_primitives(episodes, ' with ')}" for name, episodes in having.items()]
+    ends = [f"{name}: {_at_the_end(episodes)}" for name, episodes in having.items()]
     beginning = "Columns" if len(loops) > 1 else "In all columns"
-    return [f"{beginning}: {'; '.join(told)}.", f"Representations at the end: {'; '.join(ends)}."] if having else []
+    return [f"{beginning}: {'; '.join(told)}.", f"Representations: {'; '.join(ends)}."] if having else []
 
 
 def column_differences(columns: Mapping[str, Episodes]) -> list[str]:
@@ -56,9 +55,16 @@ def column_differences(columns: Mapping[str, Episodes]) -> list[str]:
     return lines
 
 
-def _primitives(episodes: Episodes, between: str) -> str:
-    kinds = ", ".join(sorted({_kind(episode) for episode in episodes.all}))
-    return f"{kinds}{between}{span(episode.curve[-1].primitives for episode in episodes.all)} primitives"
+def with_primitives(kinds: Iterable[str], primitives: Iterable[int]) -> str:
+    """Return ``gaussians, 3000 primitives``, or ``tensorf``: a field has none."""
+    numbers = list(primitives)
+    told = ", ".join(sorted(set(kinds)))
+    return f"{told}, {span(numbers)} primitives" if any(numbers) else told
+
+
+def _at_the_end(episodes: Episodes) -> str:
+    told = with_primitives(map(_kind, episodes.all), (episode.curve[-1].primitives for episode in episodes.all))
+    return f"{told} at the end" if told.endswith("primitives") else told
 
 
 def _images(episodes: Episodes) -> str:

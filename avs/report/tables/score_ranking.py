@@ -16,8 +16,9 @@ from avs.report.tables.arrangement import arranged
 from avs.report.tables.changed_settings import changed_settings
 from avs.report.tables.episode_notes import grouped_notes
 from avs.report.tables.gain_reliability import Reliability, reliability, reliability_listing
+from avs.report.tables.reconstruction_facts import with_primitives
 from avs.report.tables.score_ranking_numbers import COLUMNS, Ranking, measured_by, summarise_ranking
-from avs.report.tables.table_notes import count, span, spanned, unranked_notes, whole_row
+from avs.report.tables.table_notes import count, spanned, unranked_notes, whole_row
 from avs.system.computed_by import ComputedBy
 from avs.system.reasons import Reason
 from metrics.statistics import ENOUGH_FOR_SPREAD
@@ -134,8 +135,8 @@ def _caption(records: StateRecords, measured: Reliability | None) -> list[str]:
         f"{count(number, 'common state')}: {count(len(records.scenes), 'scene')} ({', '.join(records.scenes)}), "
         f"{count(len(records.seeds), 'seed')} ({', '.join(map(str, records.seeds))}), "
         f"{', '.join(map(str, views))} captured views after {', '.join(map(str, steps))} iterations, "
-        f"{spanned((len(state.candidates) for state in states), 'candidate')} a state; representation: {kind}, "
-        f"{span(state.primitives for state in states)} primitives.",
+        f"{spanned((len(state.candidates) for state in states), 'candidate')} a state; representation: "
+        f"{with_primitives([kind], (state.primitives for state in states))}.",
         f"At each state all methods score the same candidates of the same reconstruction, whose views are captured in "
         f"{'random order' if order == 'random' else 'the order of farthest-view sampling'}.",
         "One means that the method would take the candidates in the very order of the truth: lowest SSIM or PSNR "
