@@ -10,8 +10,11 @@ from pathlib import Path
 
 import pytest
 import typer
+import yaml
 
 from avs.commands.main import app
+from avs.config.configuration import load
+from avs.system.models import laid_over
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted({*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("results/published/*.md")})
@@ -27,6 +30,8 @@ COMMAND = re.compile(r"(?:python -m |`)avs ((?:(?:weights|data) )?[a-z_]+)([^\n`
 OPTION = re.compile(r"(?<=\s)--[a-z-]+")
 LINK = re.compile(r"\]\(([^)#:]+)(?:#[^)]*)?\)")
 BLOCK = re.compile(r"^```\w+ (\S+)$", re.MULTILINE)
+EXAMPLE = re.compile(r"^```yaml\n(\w.*?)^```$", re.MULTILINE | re.DOTALL)
+"""Parts of a configuration that a page shows; one that begins within a section is none."""
 
 ELSEWHERE = {"avs/weights"}
 """Paths that are not the repository's: the folder of weights in the user's folder of caches."""
@@ -123,3 +128,18 @@ def test_what_does_not_exist_is_found():
     assert missing_modules("``avs.scene.scene.read_scene``, avs.scene.nothing, metrics.image") == ["avs.scene.nothing"]
     assert unknown_commands("python -m avs conjure --out x\n`avs weights list`") == ["conjure"]
     assert unknown_commands("python -m avs weights list --colour") == ["weights list --colour"]
+
+
+def examples():
+    """Return the parts of configurations that the pages show, each with the name of its page."""
+    found = [(path, text) for path in PAGES for text in EXAMPLE.findall(path.read_text(encoding="utf-8"))]
+    return [pytest.param(text, id=f"{path.stem}-{text.partition(':')[0]}") for path, text in found]
+
+
+@pytest.mark.parametrize("text", examples())
+def test_a_configuration_that_a_page_shows_can_be_read(text):
+    """As a second file over the default scale, without that scale's own section of further runs."""
+    values, shown = yaml.safe_load((ROOT / "workflows/config/ci.yaml").read_text()), yaml.safe_load(text)
+    for section in ("agnostic", "sensitivity"):
+        values |= {section: None} if section in shown else {}
+    assert load(laid_over(values, shown))

@@ -13,7 +13,6 @@ from pydantic import ValidationError
 from avs.config.configuration_faults import check_numbers, readable, remedy_of_unknown
 from avs.config.other_representations import check_representations
 from avs.config.run_config import Config, DataSet, ScorerName
-from avs.config.sensitivity_settings import laid_over
 from avs.config.slam_config import check_slam
 from avs.datasets.captures import Captures
 from avs.iqa.cross_reference.scorer_settings import ScorerSettings
@@ -22,7 +21,7 @@ from avs.report.figure_settings import ROLES
 from avs.representations.kinds import AnyRepresentationSettings
 from avs.selection import registry
 from avs.system.errors import UserError
-from avs.system.models import StrictModel
+from avs.system.models import StrictModel, laid_over
 
 
 def load(values: dict[str, Any], programs: Collection[str] = ()) -> Config:

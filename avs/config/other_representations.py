@@ -9,14 +9,13 @@ from pydantic import ValidationError
 
 from avs.config.configuration_faults import readable
 from avs.config.run_config import Config
-from avs.config.sensitivity_settings import laid_over
 from avs.nvs.protocol import ProtocolSettings
 from avs.representations.base import RepresentationSettings
 from avs.representations.kinds import AnyRepresentationSettings, kinds
 from avs.scene.images import BLACK
 from avs.selection import registry
 from avs.system.errors import UserError
-from avs.system.models import StrictModel
+from avs.system.models import StrictModel, laid_over
 
 
 class _Changed(StrictModel):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Annotated, Any
 
 from pydantic import Field, field_validator
@@ -45,15 +44,3 @@ class SensitivitySettings(StrictModel):
         if BASE in variants:
             raise ValueError(f"no variant can be called {BASE}, which is the run itself")
         return variants
-
-
-def laid_over(values: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return nested ``values`` with ``changes`` in their places; what is no mapping in both is replaced whole."""
-    merged = dict(values)
-    for key, change in changes.items():
-        own = merged.get(key)
-        if isinstance(own, Mapping) and isinstance(change, Mapping):
-            merged[key] = laid_over(own, change)
-        else:
-            merged[key] = change
-    return merged

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
@@ -36,6 +37,18 @@ Color = tuple[Share, Share, Share]
 
 Seed = Annotated[int, Field(ge=0, lt=2**32)]
 """A seed; its digits name a folder."""
+
+
+def laid_over(values: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return nested ``values`` with ``changes`` in their places; what is no mapping in both is replaced whole."""
+    merged = dict(values)
+    for key, change in changes.items():
+        own = merged.get(key)
+        if isinstance(own, Mapping) and isinstance(change, Mapping):
+            merged[key] = laid_over(own, change)
+        else:
+            merged[key] = change
+    return merged
 
 
 def first_fault(error: ValidationError, *parents: str) -> tuple[str, str]:

@@ -7,9 +7,9 @@ import yaml
 
 from avs.config.configuration import load
 from avs.config.jobs import settings_of
-from avs.config.sensitivity_settings import laid_over
 from avs.config.slam_jobs import explored
 from avs.system.errors import UserError
+from avs.system.models import laid_over
 
 ROOT = Path(__file__).resolve().parents[2]
 BASE = {"scale": "test", "seeds": [0], "methods": ["random"]}

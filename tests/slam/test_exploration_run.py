@@ -19,8 +19,9 @@ from avs.slam.loop.exploration_loop import Exploration
 from avs.slam.loop.exploration_record import CoveragePoint, ExplorationRecord
 from avs.slam.loop.exploration_run import CHECKPOINT, curve_area, farthest_kept, run_exploration
 from avs.slam.loop.robot_world import open_world
-from avs.slam.loop.slam_settings import SlamSettings
+from avs.slam.loop.slam_settings import RobotSettings, SlamSettings
 from avs.slam.mapping import mapper
+from avs.slam.mapping.mapper_settings import RELEASED_MAPPING, MapperSettings
 from avs.slam.scoring.path_choice import build_scorer
 from avs.system.errors import UserError
 from avs.system.records import read_record
@@ -46,12 +47,15 @@ def mesh(tmp_path):
     return tmp_path / "rooms.ply"
 
 
+SPLATAM = MapperSettings().model_dump(mode="json")
+
+
 def settings(scorer=None, steps=110, **more):
     return SlamSettings.model_validate(
         {
             "simulator": {"samples": 1},
             "camera": {"width": 64, "height": 48},
-            "mapper": {"map_every": 12, "iterations": 4, "keyframes": {"every": 6, "window": 4}},
+            "mapper": {**SPLATAM, "map_every": 12, "iterations": 4, "keyframes": {"every": 6, "window": 4}},
             "exploration": {
                 "steps": steps,
                 "turns": min(72, steps - 1),
@@ -216,7 +220,7 @@ def test_a_robot_that_cannot_move_ends_with_a_note(tmp_path):
 
 def test_tracked_poses_have_an_error(mesh, tmp_path):
     tracking = {"iterations": 3}
-    mapper = {"map_every": 12, "iterations": 4, "keyframes": {"every": 6, "window": 4}, "tracking": tracking}
+    mapper = {**SPLATAM, "map_every": 12, "iterations": 4, "keyframes": {"every": 6, "window": 4}, "tracking": tracking}
     record = run(mesh, tmp_path / "out", steps=74, mapper=mapper)
     assert record.final.trajectory_error > 0
 
@@ -311,10 +315,16 @@ def floor_alone():
     return made.vertices, made.triangles
 
 
+def test_one_setting_of_the_mapper_leaves_the_others_those_of_the_released_code():
+    told = RobotSettings.model_validate({"mapper": {"growth": {"spacing": 0.04}}}).mapper
+    growth = RELEASED_MAPPING.growth.model_copy(update={"spacing": 0.04})
+    assert told == RELEASED_MAPPING.model_copy(update={"growth": growth})
+
+
 def test_a_map_that_is_pruned_at_its_birth_is_told_of(mesh, tmp_path):
     record = run(mesh, tmp_path / "out", steps=3, camera={"width": 16, "height": 12})
     assert any("m from the camera are pruned as too large" in note for note in record.notes)
-    told = settings(mapper={"pruning": {"iterations": [70]}})
+    told = settings(mapper=SPLATAM | {"pruning": {"iterations": [70]}})
     assert farthest_kept(1.0, told) == math.inf
     assert farthest_kept(1.5, settings()) == pytest.approx(0.1 * 1.5 * 32)
 
@@ -327,7 +337,7 @@ def test_a_tracked_robot_votes_and_plans_from_where_it_takes_itself_to_be(mesh, 
         return replace(true, world_to_camera=true.world_to_camera @ shift), 0.0
 
     monkeypatch.setattr(mapper, "tracked", misled)
-    told = settings(mapper={"map_every": 12, "iterations": 1, "tracking": {"iterations": 1}})
+    told = settings(mapper=SPLATAM | {"map_every": 12, "iterations": 1, "tracking": {"iterations": 1}})
     world = open_world(mesh, "rooms", told, 0)
     exploration = Exploration(world, told, 0, SeenSurface(world.surface, world.simulator, 0.05))
     exploration.begin()

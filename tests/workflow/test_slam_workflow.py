@@ -12,9 +12,11 @@ from avs.config.run_plan import RunPlan
 from avs.config.slam_config import SlamFigureJob
 from avs.config.unfinished_run import unfinished
 from avs.slam.loop.exploration_record import ExplorationRecord
+from avs.slam.mapping.mapper_settings import MapperSettings
 from avs.system.records import read_record
 from tests.workflow.project import checkout, environment, run, tiny
 
+SPLATAM = MapperSettings().model_dump(mode="json")
 SLAM = {
     "buildings": {"flat": {"source": "apartment", "seed": 3}},
     "methods": {"nearest": {"kind": "nearest"}, "fvs": {"kind": "selector", "method": "farthest", "every": 10}},
@@ -22,7 +24,7 @@ SLAM = {
     "robot": {
         "simulator": {"samples": 1},
         "camera": {"width": 32, "height": 24},
-        "mapper": {"map_every": 20, "iterations": 2},
+        "mapper": {**SPLATAM, "map_every": 20, "iterations": 2},
         "exploration": {
             "steps": 90,
             "occupancy": {"cells": 200},

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from avs.slam.building.robot_camera import CameraSettings
 from avs.slam.building.simulator_settings import SimulatorSettings
@@ -13,7 +14,7 @@ from avs.slam.exploration.exploration_settings import ExplorationSettings
 from avs.slam.mapping.mapper_settings import RELEASED_MAPPING, MapperSettings
 from avs.slam.navigation.agent_settings import AgentSettings, MotionSettings
 from avs.slam.scoring.path_settings import NearestSettings, PathScorerSettings
-from avs.system.models import StrictModel
+from avs.system.models import StrictModel, laid_over
 
 StartPose = tuple[float, float, float, float]
 """x, y and height of the floor in metres in the building's upright axes, and direction in degrees."""
@@ -26,9 +27,17 @@ class RobotSettings(StrictModel):
     agent: AgentSettings = Field(default=AgentSettings(), description="the body of the robot")
     motion: MotionSettings = Field(default=MotionSettings(), description="sizes of its actions")
     camera: CameraSettings = Field(default=CameraSettings(), description="its camera")
-    mapper: MapperSettings = Field(default=RELEASED_MAPPING, description="how the map is made")
+    mapper: MapperSettings = Field(
+        default=RELEASED_MAPPING, description="how the map is made; what is left out is as in FisherRF's mapping"
+    )
     exploration: ExplorationSettings = Field(default=ExplorationSettings(), description="where it goes")
     evaluation: EvaluationSettings = Field(default=EvaluationSettings(), description="what is measured")
+
+    @field_validator("mapper", mode="before")
+    @classmethod
+    def _over_the_released(cls, value: object) -> object:
+        """One key of a section must not change the others: MapperSettings' own defaults are SplaTAM's."""
+        return laid_over(RELEASED_MAPPING.model_dump(), value) if isinstance(value, Mapping) else value
 
     @model_validator(mode="after")
     def _camera_on_the_body(self) -> Self:
