@@ -69,7 +69,8 @@ def test_values_by_hand(table, tmp_path):
     assert (row["states"], row["scenes"], row["seeds"], row["group"]) == ("8", "2", "2", "3D-based")
     assert rows["fisherrf", "ssim", "kendall"]["mean"] == "0.7500"
     assert "| 3D-based | FisherRF | **0.85 ± 0.14** | **0.75 ± 0.24** |" in markdown
-    assert "at 8 common states: 2 scenes (attic, cellar), 2 seeds (0, 1), 6, 12 captured views after " in markdown
+    assert "at 8 common states: 2 scenes (attic, cellar), 2 seeds (0, 1), 6, 12 captured views after 5 " in markdown
+    assert "after 5 iterations, 4 candidates a state; representation: gaussians, 9 primitives. " in markdown
     assert "standard deviation over the 8 states" in markdown
     assert r"\label{tab:ranking-orbit}" in latex
     states, fields = listing(tmp_path, "_per_state")

@@ -58,9 +58,9 @@ def agnostic_kernels(wildcards):
 
 def agnostic_code(wildcards):
     """Return the source files of a method and of the representation that it runs on."""
-    kind = kinds.find(agnostic_kind(wildcards)).module
+    representation = kinds.find(agnostic_kind(wildcards)).module
     method = registry.find(wildcards.method).module
-    return sources("avs.nvs.experiment", kind, method)
+    return sources("avs.nvs.experiment", representation, method)
 
 
 def agnostic_downloads(wildcards):

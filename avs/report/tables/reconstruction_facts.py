@@ -55,16 +55,16 @@ def column_differences(columns: Mapping[str, Episodes]) -> list[str]:
     return lines
 
 
-def with_primitives(kinds: Iterable[str], primitives: Iterable[int]) -> str:
-    """Return ``gaussians, 3000 primitives``, or ``tensorf``: a field has none."""
+def with_primitives(kinds: Iterable[str], primitives: Iterable[int], when: str = "") -> str:
+    """Return ``gaussians, 3000 primitives`` and when they were counted, or ``tensorf``: a field has none."""
     numbers = list(primitives)
     told = ", ".join(sorted(set(kinds)))
-    return f"{told}, {span(numbers)} primitives" if any(numbers) else told
+    return f"{told}, {span(numbers)} primitives{when}" if any(numbers) else told
 
 
 def _at_the_end(episodes: Episodes) -> str:
-    told = with_primitives(map(_kind, episodes.all), (episode.curve[-1].primitives for episode in episodes.all))
-    return f"{told} at the end" if told.endswith("primitives") else told
+    primitives = (episode.curve[-1].primitives for episode in episodes.all)
+    return with_primitives(map(_kind, episodes.all), primitives, " at the end")
 
 
 def _images(episodes: Episodes) -> str:
