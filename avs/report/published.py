@@ -11,6 +11,7 @@ from typing import Any
 from avs.nvs.protocol import ProtocolSettings
 from avs.system.checksums import check_listed
 from avs.system.errors import UserError
+from avs.system.models import flat
 
 STAND_INS = {
     "orbit": "mipnerf360",
@@ -197,22 +198,14 @@ def why_no_difference(
     kind = representation.get("kind", _KIND)
     if kind != _KIND:
         return f"the paper's representation is {_KIND}, this one {kind}"
-    differing = _differing(_flat(ProtocolSettings().model_dump(mode="json")), _flat(protocol))
-    differing += [*_differing(_PICTURES, pictures), *_differing(_REPRESENTATION, _flat(representation))]
+    differing = _differing(flat(ProtocolSettings().model_dump(mode="json")), flat(protocol))
+    differing += [*_differing(_PICTURES, pictures), *_differing(_REPRESENTATION, flat(representation))]
     if differing:
         more = len(differing) - _NAMED
         return ", ".join([*differing[:_NAMED], *([f"and {more} more settings"] if more > 0 else [])])
     if set(budgets) != {_BUDGET}:
         return "the pool of a scene is too small for its budget"
     return None
-
-
-def _flat(settings: Mapping[str, Any], above: str = "") -> dict[str, Any]:
-    """Return nested settings by names such as ``lpips.net``."""
-    flat: dict[str, Any] = {}
-    for key, value in settings.items():
-        flat |= _flat(value, f"{above}{key}.") if isinstance(value, Mapping) else {f"{above}{key}": value}
-    return flat
 
 
 def _differing(wanted: Mapping[str, Any], settings: Mapping[str, Any]) -> list[str]:

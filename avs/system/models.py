@@ -51,6 +51,15 @@ def laid_over(values: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str
     return merged
 
 
+def flat(values: Mapping[str, Any], above: str = "") -> dict[str, Any]:
+    """Return nested ``values`` by names such as ``lpips.net``; an empty section is left out."""
+    found: dict[str, Any] = {}
+    for key, value in values.items():
+        name = f"{above}{key}"
+        found |= flat(value, f"{name}.") if isinstance(value, Mapping) else {name: value}
+    return found
+
+
 def first_fault(error: ValidationError, *parents: str) -> tuple[str, str]:
     """Return where the first fault of a validation lies, as ``a.b.0``, and what is wrong there.
 

@@ -5,6 +5,7 @@ import pytest
 from avs.nvs.protocol import ProtocolSettings
 from avs.report import published
 from avs.representations.gaussians.gaussian_settings import GaussianSettings
+from avs.system.models import flat
 from tests.report.view_synthesis_tables import PUBLISHED, TableWriter
 
 
@@ -25,7 +26,7 @@ def in_the_papers_protocol(episode, scenes=NINE, dataset="mipnerf360", represent
 
 
 def test_the_papers_reconstruction_is_that_of_the_defaults():
-    assert published._flat(REPRESENTATION) == published._REPRESENTATION
+    assert flat(REPRESENTATION) == published._REPRESENTATION
 
 
 def test_the_papers_scenes_in_its_protocol_have_a_difference(episode, table):

@@ -9,6 +9,7 @@ from pydantic import TypeAdapter
 from avs.selection import registry
 from avs.slam.scoring.path_settings import PathScorerSettings
 from avs.system.errors import UserError
+from avs.system.models import flat
 
 _CHOOSER: TypeAdapter[PathScorerSettings] = TypeAdapter(PathScorerSettings)
 _NAMES = ("kind", "method", "settings")
@@ -40,7 +41,7 @@ def differences(own: Mapping[str, object], usual: Mapping[str, object], left_out
         usual: the others.
         left_out: keys that do not count.
     """
-    defaults, found = _flat(usual), _flat(own)
+    defaults, found = flat(usual), flat(own)
     known = ((key, value, _default(defaults, key, value)) for key, value in found.items() if key not in left_out)
     return ", ".join(f"{key} {value} instead of {default}" for key, value, default in known if value != default)
 
@@ -70,13 +71,3 @@ def _default(defaults: Mapping[str, object], key: str, value: object) -> object:
     parts = key.split(".")
     sections = (".".join(parts[:count]) for count in range(1, len(parts)))
     return next((defaults[section] for section in sections if section in defaults), value)
-
-
-def _flat(settings: Mapping[str, object], beginning: str = "") -> dict[str, object]:
-    found: dict[str, object] = {}
-    for key, value in settings.items():
-        if isinstance(value, Mapping):
-            found |= _flat(value, f"{beginning}{key}.")
-        else:
-            found[f"{beginning}{key}"] = value
-    return found
