@@ -158,13 +158,7 @@ def write_scene(
         found = disagreement_notes(names, points, cameras, read, cut_out)
         points, note = colored(points, cameras, pool, read)
         told += [*found, *filter(None, [note])]
-        write_model(temporary / "sparse" / "0", as_model(names, cameras, points))
-        if depth is not None:
-            _write_depth(temporary / "depth", names, depth, to_capture.scale)
-        if mesh is not None:
-            write_moved_mesh(mesh, temporary / "mesh.ply", to_capture)
-        paths = {path.relative_to(temporary).as_posix(): path for path in temporary.rglob("*") if path.is_file()}
-        files = {name: file_hash(path) for name, path in paths.items() if not name.startswith("images/")}
+        _write_geometry(temporary, names, cameras, points, depth, mesh, to_capture)
         listed = SceneFile(
             name=name,
             dataset=dataset,
@@ -175,7 +169,7 @@ def write_scene(
             licence=licence,
             notes=told,
             images=hashes,
-            files=files,
+            files=_hashes_beside_images(temporary),
         )
         write_record(temporary / "scene.json", listed.hashed())
     return hashes
@@ -226,12 +220,35 @@ def _write_images(
     return hashes
 
 
+def _write_geometry(
+    folder: Path,
+    names: Sequence[str],
+    cameras: Cameras,
+    points: Points,
+    depth: Iterable[npt.NDArray[np.float32]] | None,
+    mesh: Path | None,
+    to_capture: Similarity,
+) -> None:
+    """Write the model, and the depths and the mesh, which are the capture's, in the unit and origin of the scene."""
+    write_model(folder / "sparse" / "0", as_model(names, cameras, points))
+    if depth is not None:
+        _write_depth(folder / "depth", names, depth, to_capture.scale)
+    if mesh is not None:
+        write_moved_mesh(mesh, folder / "mesh.ply", to_capture)
+
+
 def _write_depth(folder: Path, names: Sequence[str], depth: Iterable[npt.NDArray[np.float32]], unit: float) -> None:
     """Write the depths divided by ``unit``, that of the scene."""
     for name, distances in zip(names, depth, strict=True):
         path = folder / PurePosixPath(name).with_suffix(".npy")
         path.parent.mkdir(parents=True, exist_ok=True)
         np.save(path, (np.asarray(distances, dtype=np.float64) / unit).astype(np.float32), allow_pickle=False)
+
+
+def _hashes_beside_images(folder: Path) -> dict[str, str]:
+    """Return the SHA-256 of every file of a scene but its images, by its name in the scene's folder."""
+    paths = {path.relative_to(folder).as_posix(): path for path in folder.rglob("*") if path.is_file()}
+    return {name: file_hash(path) for name, path in paths.items() if not name.startswith("images/")}
 
 
 def _check_parts(name: str, names: Sequence[str], cameras: Cameras, test: IndexArray, points: Points) -> None:

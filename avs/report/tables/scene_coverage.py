@@ -11,24 +11,18 @@ from avs.report.document import Cell, Document, Group, Listing, Row
 from avs.report.formats.numbers import EXTRA_DECIMALS, plain
 from avs.report.formats.writing import write_document
 from avs.report.machines import machine_notes
-from avs.report.methods import presented
-from avs.report.published import called, published_note, read_published
-from avs.report.tables.arrangement import arranged
+from avs.report.published import called, published_note
 from avs.report.tables.coverage_agreement import TWINS, CoverageAgreement, agreement_listing, agreements
-from avs.report.tables.episode_entries import entry_cells, entry_listing, has_spread
-from avs.report.tables.episode_gaps import incomplete
+from avs.report.tables.episode_entries import has_spread
 from avs.report.tables.episode_notes import equal_views, grouped_notes, own_schedules, own_settings, repeated_notes
-from avs.report.tables.published_columns import published_column, why_no_mean_difference
-from avs.report.tables.reference_differences import comparison, comparison_notes, fewer_compared, listed_differences
-from avs.report.tables.scene_coverage_numbers import columns_of, coverage_value, quantities_of
+from avs.report.tables.episode_table import episode_table
+from avs.report.tables.scene_coverage_numbers import coverage_value, quantities_of
 from avs.report.tables.table_notes import (
-    missing_notes,
     scenes_and_seeds,
     span,
     spread_note,
     unranked_notes,
 )
-from avs.report.tables.view_synthesis_numbers import summarise_episodes
 from avs.system.reasons import Reason
 from metrics.definitions import Metric
 
@@ -88,34 +82,23 @@ def scene_coverage(
     Args:
         episodes: the episodes of one data set.
         coverages: of those episodes.
-        methods: identifiers of the methods, in the order of rows; each has its row, with the reason where it has no
-            number.
-        published: a file of ``results/published``, or None.
-        absent: why a method could not run, by identifier.
-        reference: identifier of the method that the others are compared with, or None; one without episodes counts
-            as None.
+        methods: see ``episode_table``.
+        published: see ``episode_table``.
+        absent: see ``episode_table``.
+        reference: see ``episode_table``.
 
     Raises:
         UserError: the published values cannot be read.
     """
-    paper = None if published is None else read_published(published)
-    why_not = None if paper is None else why_no_mean_difference(paper, episodes, {})
-    compared_with = reference if reference in episodes.cells else None
-    quantities, metrics = quantities_of(coverages), columns_of(coverages)
-    numbers = summarise_episodes(episodes, methods, compared_with, absent, quantities)
-    rows = [presented(method, episodes) for method in methods]
-    columns = tuple(published_column(metric, paper, why_not) for metric in metrics)
-    beside = {} if paper is None else paper.values
-    cells = {method: entry_cells(metrics, method, numbers[method], beside) for method in methods}
-    reasons = {method: {metric: entry.missing for metric, entry in row.items()} for method, row in numbers.items()}
-    differences = None if compared_with is None else comparison(compared_with, episodes, rows, numbers)
-    trust = agreements(episodes, coverages, [row.identifier for row in rows if row.ranked])
+    table = episode_table(episodes, methods, published, absent, reference, {}, quantities_of(coverages))
+    paper = table.paper
+    trust = agreements(episodes, coverages, [row.identifier for row in table.rows if row.ranked])
     notes = [
-        *missing_notes(episodes, metrics, rows, reasons),
-        *comparison_notes(differences, reference, rows, episodes),
+        *table.missing(),
+        *table.comparison_notes(),
         *spread_note(episodes, methods),
-        *([] if paper is None else [f"{published_note(paper.dataset, why_not)}; its clouds are MASt3R's"]),
-        *fewer_compared(rows, numbers, compared_with, episodes),
+        *([] if paper is None else [f"{published_note(paper.dataset, table.why_not)}; its clouds are MASt3R's"]),
+        *table.fewer_compared(),
         *_placements(coverages),
         *equal_views(episodes, of_views_alone=True),
         *own_schedules(episodes),
@@ -124,24 +107,14 @@ def scene_coverage(
         *coverage_machine_notes(coverages.records),
         *repeated_notes(episodes),
         *grouped_notes(((each.scene, note) for each in coverages.all for note in each.notes), episodes.scenes),
-        *unranked_notes(rows),
+        *unranked_notes(table.rows),
     ]
-    return Document(
-        label=f"coverage-{episodes.dataset}",
-        caption=(*incomplete(episodes), *_caption(episodes, coverages, trust, spread=has_spread(numbers))),
-        columns=columns,
-        groups=(*arranged(columns, rows, cells), *_trust(metrics, trust)),
-        notes=tuple(dict.fromkeys(notes)),
-        listing=entry_listing(
-            metrics, episodes, rows, numbers, cells, has_difference=paper is not None and not why_not
-        ),
-        comparison=differences,
-        appendices={
-            "_per_scene": _per_scene(episodes, coverages, methods, metrics),
-            "_differences": listed_differences(episodes, methods, compared_with, numbers, metrics),
-            "_agreement": agreement_listing(trust),
-        },
-    )
+    listings = {
+        "_per_scene": _per_scene(episodes, coverages, methods, table.metrics),
+        "_agreement": agreement_listing(trust),
+    }
+    caption = _caption(episodes, coverages, trust, spread=has_spread(table.numbers))
+    return table.document("coverage", caption, notes, listings, below=_trust(table.metrics, trust))
 
 
 def _caption(

@@ -10,24 +10,19 @@ from avs.report.collect import Episodes, read_dataset
 from avs.report.document import Document, Listing
 from avs.report.formats.numbers import EXTRA_DECIMALS, plain
 from avs.report.formats.writing import write_document
-from avs.report.methods import presented
-from avs.report.published import called, published_note, read_published
-from avs.report.tables.arrangement import arranged
-from avs.report.tables.episode_entries import Numbers, entry_cells, entry_listing, has_spread
-from avs.report.tables.episode_gaps import incomplete
+from avs.report.published import called, published_note
+from avs.report.tables.episode_entries import Numbers, has_spread
 from avs.report.tables.episode_notes import episode_notes, equal_views
-from avs.report.tables.published_columns import published_column, why_no_mean_difference
+from avs.report.tables.episode_table import episode_table
 from avs.report.tables.reconstruction_facts import loop_facts, reconstruction
-from avs.report.tables.reference_differences import comparison, comparison_notes, fewer_compared, listed_differences
 from avs.report.tables.table_notes import (
     count,
-    missing_notes,
     no_scenes,
     scenes_and_seeds,
     spread_note,
     unranked_notes,
 )
-from avs.report.tables.view_synthesis_numbers import COLUMNS, scene_value, summarise_episodes
+from avs.report.tables.view_synthesis_numbers import COLUMNS, scene_value
 from avs.system.reasons import Reason
 
 SCENE_FIELDS = ("method", "metric", "scene", "seed", "images", "value")
@@ -84,61 +79,33 @@ def view_synthesis(
 
     Args:
         episodes: the episodes of one data set.
-        methods: identifiers of the methods, in the order of rows; each has its row, with the reason where it has no
-            number.
-        published: a file of ``results/published`` (``avs.report.published.published_name``), or None.
-        absent: why a method could not run, by identifier.
-        reference: identifier of the method that the others are compared with, or None; one without episodes counts
-            as None.
+        methods: see ``episode_table``.
+        published: see ``episode_table``.
+        absent: see ``episode_table``.
+        reference: see ``episode_table``.
         left_out: why something that looks like a scene of the data set is none, by its name.
-        pictures: settings of the size of images and of the split, as far as they are known.
+        pictures: see ``episode_table``.
 
     Raises:
         UserError: the published values cannot be read.
     """
-    left_out = left_out or {}
-    paper = None if published is None else read_published(published)
-    beside = {} if paper is None else paper.values
-    why_not = None if paper is None else why_no_mean_difference(paper, episodes, pictures or {})
-    compared_with = reference if reference in episodes.cells else None
-    numbers = summarise_episodes(episodes, methods, compared_with, absent)
-    rows = [presented(method, episodes) for method in methods]
-    columns = tuple(published_column(metric, paper, why_not) for metric in COLUMNS)
-    reasons = {method: {metric: entry.missing for metric, entry in row.items()} for method, row in numbers.items()}
-    cells = {method: entry_cells(COLUMNS, method, numbers[method], beside) for method in methods}
-    differences = None if compared_with is None else comparison(compared_with, episodes, rows, numbers)
+    table = episode_table(episodes, methods, published, absent, reference, pictures or {})
+    tested = f"all pairs of methods are tested in the table significance_{episodes.dataset}"
     notes = [
-        *missing_notes(episodes, COLUMNS, rows, reasons),
-        *no_scenes(left_out),
-        *comparison_notes(differences, reference, rows, episodes),
-        *(
-            []
-            if differences is None
-            else [f"all pairs of methods are tested in the table significance_{episodes.dataset}"]
-        ),
+        *table.missing(),
+        *no_scenes(left_out or {}),
+        *table.comparison_notes(),
+        *([] if table.differences is None else [tested]),
         *spread_note(episodes, methods),
         *_lpips_note(episodes),
-        *([] if paper is None else [published_note(paper.dataset, why_not)]),
-        *fewer_compared(rows, numbers, compared_with, episodes),
+        *([] if table.paper is None else [published_note(table.paper.dataset, table.why_not)]),
+        *table.fewer_compared(),
         *equal_views(episodes),
         *episode_notes(episodes),
-        *unranked_notes(rows),
+        *unranked_notes(table.rows),
     ]
-    return Document(
-        label=f"nvs-{episodes.dataset}",
-        caption=(*incomplete(episodes), *_caption(episodes, numbers, len(left_out))),
-        columns=columns,
-        groups=arranged(columns, rows, cells),
-        notes=tuple(dict.fromkeys(notes)),
-        listing=entry_listing(
-            COLUMNS, episodes, rows, numbers, cells, has_difference=paper is not None and why_not is None
-        ),
-        comparison=differences,
-        appendices={
-            "_per_scene": _scenes(episodes, methods),
-            "_differences": listed_differences(episodes, methods, compared_with, numbers),
-        },
-    )
+    caption = _caption(episodes, table.numbers, len(left_out or {}))
+    return table.document("nvs", caption, notes, {"_per_scene": _scenes(episodes, methods)})
 
 
 def _caption(episodes: Episodes, numbers: Numbers, left_out: int) -> list[str]:
