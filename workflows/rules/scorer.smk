@@ -96,7 +96,8 @@ rule scorer_train:
     input:
         training=training_distortions,
         held_out=held_out_distortions,
-        backbone=training_backbone,
+        # A reinstalled package has a newer file with the same bytes; `made_of` tells of others.
+        backbone=ancient(training_backbone),
         settings=f"{RESULTS}/settings/scorer_train/{{scorer}}.json",
         code=sources("avs.iqa.cross_reference.training"),
     output:
