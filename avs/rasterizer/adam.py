@@ -71,7 +71,7 @@ class Adam:
         if not state:
             state.update(step=0, exp_avg=torch.zeros_like(parameter), exp_avg_sq=torch.zeros_like(parameter))
         state["step"] += 1
-        tensors = tuple(_columns(t) for t in (parameter, parameter.grad, state["exp_avg"], state["exp_avg_sq"]))
+        tensors = tuple(x.detach() for x in (parameter, parameter.grad, state["exp_avg"], state["exp_avg_sq"]))
         update = _update_cpu if parameter.device.type == "cpu" else _update
         update(tensors, group, 1 - BETA1 ** state["step"], 1 - BETA2 ** state["step"])
 
@@ -80,13 +80,9 @@ class Adam:
         self.param_groups[0]["params"][0].grad = None
 
 
-def _columns(tensor: Tensor) -> Tensor:
-    return tensor.detach().reshape(len(tensor), -1)
-
-
 def _update(tensors: tuple[Tensor, ...], group: dict[str, Any], correction1: float, correction2: float) -> None:
-    """Update ``tensors``: parameter, gradient, first and second moment, each ``[n, columns]``."""
-    parameter, gradient, first, second = tensors
+    """Update ``tensors``: parameter, gradient, first and second moment, each ``[n, ...]``."""
+    parameter, gradient, first, second = (tensor.reshape(len(tensor), -1) for tensor in tensors)
     first.lerp_(gradient, 1 - BETA1)
     second.mul_(BETA2).addcmul_(gradient, gradient, value=1 - BETA2)
     change = first / second.div(correction2).sqrt_().add_(group["epsilon"])
@@ -99,7 +95,8 @@ def _update_cpu(tensors: tuple[Tensor, ...], group: dict[str, Any], correction1:
     """Do the same as ``_update`` in one pass over the memory."""
     column, rest_rate = group["rest"]
     active = group["active"]
-    arrays = tuple(tensor.numpy() for tensor in tensors)
+    # Of arrays views are quicker than of tensors.
+    arrays = tuple(tensor.numpy().reshape(len(tensor), -1) for tensor in tensors)
     if active == column == arrays[0].shape[1]:
         # One rate throughout: one long row is quicker than many short ones.
         arrays = tuple(array.reshape(1, -1) for array in arrays)

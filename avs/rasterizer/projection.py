@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any, cast
 
 import numpy as np
@@ -26,7 +27,7 @@ _V_IMAGE, _V_DEPTH, _V_CONIC, _V_COMPENSATION, _V_MEAN, _V_QUAT, _V_SCALE, _BACK
 
 # Long because sixteen Gaussians are gathered into vectors and scattered again, number by number.
 @kernel
-def _project_kernel(
+def project_kernel(
     means: Floats, quats: Floats, scales: Floats, opacities: Floats, pose: Numbers, lens: Numbers, size: Numbers,
     planes: Numbers, eps2d: Number, radius_clip: Number, antialiased: bool, means2d: Floats, depths: Floats,
     conics: Floats, compensations: Floats, radii: Integers,
@@ -87,7 +88,7 @@ def _project_kernel(
 
 # Long for the same reason.
 @kernel
-def _project_backward_kernel(
+def project_backward_kernel(
     means: Floats, quats: Floats, scales: Floats, pose: Numbers, lens: Numbers, eps2d: Number, radii: Integers,
     conics: Floats, compensations: Floats, v_means2d: Floats, v_depths: Floats, v_conics: Floats,
     v_compensations: Floats, antialiased: bool, v_means: Floats, v_quats: Floats, v_scales: Floats, v_pose: Floats,
@@ -153,9 +154,15 @@ def _project_backward_kernel(
 
 def camera_numbers(viewmat: Tensor, intrinsics: Tensor, width: int, height: int) -> tuple[Any, Any]:
     """Return a camera as the kernels take it: pose (rotation row by row, translation) and lens, as float32 tuples."""
-    view = viewmat.detach().numpy().astype(np.float32)
+    view, k = (x.detach().numpy().astype(np.float32).tobytes() for x in (viewmat, intrinsics))
+    return _camera_numbers(view, k, width, height)
+
+
+# An optimisation sees the same cameras again and again.
+@functools.lru_cache(maxsize=4096)
+def _camera_numbers(viewmat: bytes, intrinsics: bytes, width: int, height: int) -> tuple[Any, Any]:
+    view, k = (np.frombuffer(x, np.float32).reshape(side, side) for x, side in ((viewmat, 4), (intrinsics, 3)))
     pose = (*view[:3, :3].ravel(), *view[:3, 3])
-    k = intrinsics.detach().numpy().astype(np.float32)
     fx, fy, cx, cy = k[0, 0], k[1, 1], k[0, 2], k[1, 2]
     margin_x, margin_y = (FIELD_OF_VIEW_MARGIN * 0.5 * side / focal for side, focal in ((width, fx), (height, fy)))
     bounds = (-cx / fx - margin_x, (width - cx) / fx + margin_x, -cy / fy - margin_y, (height - cy) / fy + margin_y)
@@ -185,7 +192,7 @@ class _Project(torch.autograd.Function):
         planes, size = (np.float32(near), np.float32(far)), (np.float32(width), np.float32(height))
         for c in range(cameras):
             pose, lens = camera_numbers(viewmats[c], intrinsics[c], width, height)
-            _project_kernel(
+            project_kernel(
                 *gaussians, pose, lens, size, planes, np.float32(eps2d), np.float32(clip), antialiased,
                 *(x[c] for x in outputs),
             )  # fmt: skip
@@ -206,7 +213,7 @@ class _Project(torch.autograd.Function):
         outgoing = [x.numpy() for x in (v_means, v_quats, v_scales)]
         for c in range(len(viewmats)):
             pose, lens = camera_numbers(viewmats[c], intrinsics[c], width, height)
-            _project_backward_kernel(
+            project_backward_kernel(
                 *gaussians, pose, lens, np.float32(eps2d), *(x[c] for x in saved), *(x[c] for x in incoming),
                 antialiased, *outgoing, v_viewmats[c].numpy(),
             )  # fmt: skip

@@ -150,7 +150,7 @@ def basis_gradient(degree: int, x: Number, y: Number, z: Number, t: Floats) -> N
 
 
 @kernel
-def _color_kernel(
+def color_kernel(
     degree: int, means: Floats, centre: Floats, coefficients: Floats, radii: Integers, colors: Floats,
 ) -> None:  # fmt: skip
     """Fill ``colors [N, 3]`` for one camera; 0 for Gaussians out of sight."""
@@ -175,7 +175,7 @@ def _color_kernel(
 
 
 @kernel
-def _color_backward_kernel(
+def color_backward_kernel(
     degree: int, means: Floats, centre: Floats, coefficients: Floats, colors: Floats, v_colors: Floats,
     v_means: Floats, v_centre: Floats, v_coefficients: Floats,
 ) -> None:  # fmt: skip
@@ -215,7 +215,7 @@ class _Colors(torch.autograd.Function):
         colors = torch.empty(len(centres), len(means), 3)
         for c in range(len(centres)):
             per_camera = coefficients[c] if coefficients.ndim == 4 else coefficients
-            _color_kernel(
+            color_kernel(
                 degree,
                 means.detach().numpy(),
                 centres[c].detach().numpy(),
@@ -235,7 +235,7 @@ class _Colors(torch.autograd.Function):
         v_colors = v_colors.contiguous()
         for c in range(len(centres)):
             shared = coefficients.ndim == 3
-            _color_backward_kernel(
+            color_backward_kernel(
                 ctx.degree,
                 means.detach().numpy(),
                 centres[c].detach().numpy(),

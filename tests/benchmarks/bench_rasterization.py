@@ -43,14 +43,14 @@ from avs.rasterizer.variance_rasterization import rasterization_with_variance, v
 # Gaussians, width, height, seed.
 WORKLOADS = {"W1": (5000, 160, 120, 1), "W2": (20000, 320, 240, 2), "W3": (100000, 640, 480, 3)}
 STAGES = {
-    "project": (projection, "_project_kernel"),
+    "project": (projection, "project_kernel"),
     "sort": (blended_view, "depth_order"),
     "pack": (blended_view, "pack_records"),
     "tiles+blend": (blended_view, "blend"),
     "image": (compositing, "to_image"),
     "blend back": (compositing, "blend_backward"),
     "unpack": (compositing, "unpack_gradients"),
-    "project back": (projection, "_project_backward_kernel"),
+    "project back": (projection, "project_backward_kernel"),
 }
 
 

@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 import torch
+from gsplat.strategy import DefaultStrategy
 
-from avs.representations.gaussians.densification import DensityControl
+from avs.representations.gaussians.densification import STATISTICS, DensityControl
 from avs.representations.gaussians.gaussian_settings import Densification, GaussianSettings, LearningRates
 from avs.representations.gaussians.initialization import PointCloud
 from avs.representations.gaussians.optimization import active_degree, create_optimizers, means_rate
@@ -37,12 +38,32 @@ class Bench:
         for optimizer in self.optimizers.values():
             optimizer.step()
             optimizer.zero_grad()
-        self.control.after_backward(self.parameters, number, meta)
+        self.control.after_backward(number, meta)
         self.control.before_step(self.parameters, self.optimizers, number + 1, self.generator)
 
     @property
     def count(self):
         return len(self.parameters["means"])
+
+
+@pytest.mark.parametrize("absolute", [False, True])
+def test_statistics_are_those_of_gsplat(absolute):
+    """To the last bit, over several steps, with Gaussians that are seen not at all or in one direction alone."""
+    control = DensityControl(Densification(absolute_gradient=absolute), 1.0)
+    strategy = DefaultStrategy(absgrad=absolute)
+    state = strategy.initialize_state(scene_scale=1.0)
+    generator = torch.Generator().manual_seed(0)
+    for step in range(1, 4):
+        positions = torch.zeros(1, COUNT, 2, requires_grad=True)
+        positions.grad = torch.randn(1, COUNT, 2, generator=generator)
+        positions.absgrad = torch.rand(1, COUNT, 2, generator=generator)
+        radii = torch.randint(0, 3, (1, COUNT, 2), generator=generator, dtype=torch.int32)
+        meta = {"width": 177, "height": 131, "n_cameras": 1, "gaussian_ids": None, "means2d": positions, "radii": radii}
+        control.after_backward(step, meta)
+        strategy._update_state({"means": torch.zeros(COUNT, 3)}, state, meta)
+    for name, values in control.statistics().items():
+        assert torch.equal(values, state[name])
+    assert control.statistics().keys() == set(STATISTICS)
 
 
 def test_gaussians_of_large_gradients_grow():

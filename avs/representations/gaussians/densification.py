@@ -109,10 +109,24 @@ class DensityControl:
         if step < self._settings.until:
             self._strategy.step_pre_backward(parameters, optimizers, self._state, step, meta)
 
-    def after_backward(self, parameters: Parameters, step: int, meta: dict[str, Any]) -> None:
-        """Add the image plane gradients of ``step`` to the statistics; ``meta`` is what ``rasterization`` returned."""
-        if step < self._settings.until:
-            self._strategy._update_state(parameters, self._state, meta, packed=False)
+    def after_backward(self, step: int, meta: dict[str, Any]) -> None:
+        """Add the image plane gradients of ``step`` to the statistics; ``meta`` is what the rasteriser told.
+
+        As gsplat's ``DefaultStrategy`` does for one camera, with the same bits; adding 0 where it picks Gaussians out
+        takes half the time.
+        """
+        if step >= self._settings.until:
+            return
+        positions = meta["means2d"]
+        gradients = (positions.absgrad if self._settings.absolute_gradient else positions.grad)[0].clone()
+        # In coordinates that go from -1 to 1 over the image, as gsplat has them.
+        gradients[:, 0] *= meta["width"] / 2.0
+        gradients[:, 1] *= meta["height"] / 2.0
+        seen = (meta["radii"][0] > 0).all(dim=-1)
+        norms = torch.where(seen, gradients.norm(dim=-1), 0.0)
+        for name, values in (("grad2d", norms), ("count", seen.float())):
+            known = self._state[name]
+            self._state[name] = values if known is None else known.add_(values)
 
 
 @contextmanager

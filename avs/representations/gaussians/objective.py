@@ -9,6 +9,7 @@ from torch import Tensor
 
 from avs.rasterizer.likelihood import negative_log_likelihood
 from avs.rasterizer.losses import Target, photometric_loss
+from avs.rasterizer.photometric_step import photometric_step
 from avs.rasterizer.rasterization import rasterization
 from avs.rasterizer.variance_rasterization import rasterization_with_variance
 from avs.representations.gaussians.parameters import Parameters, PrimitiveParameter
@@ -52,6 +53,8 @@ class PhotometricObjective:
         self, parameters: Parameters, arguments: dict[str, Any], target: Target
     ) -> tuple[Tensor, dict[str, Any]]:
         """See ``Objective``."""
+        if target.moments is not None:
+            return photometric_step(**arguments, target=target, ssim_weight=self._ssim_weight)
         image, _, meta = rasterization(**arguments, packed=False)
         return photometric_loss(image[0], target, self._ssim_weight), meta
 

@@ -270,7 +270,7 @@ class GaussianSplats:
         loss, meta = self._objective(self.parameters, arguments, target)
         self._density.before_backward(self.parameters, self._optimizers, step, meta)
         loss.backward()  # type: ignore[no-untyped-call]
-        self._density.after_backward(self.parameters, step, meta)
+        self._density.after_backward(step, meta)
         for optimizer in self._optimizers.values():
             optimizer.step()
             optimizer.zero_grad()
