@@ -14,6 +14,7 @@ from avs.config.other_representations import on_representation
 from avs.config.schemas import SCHEMAS, write_schemas
 from avs.report.report_settings import ENDINGS
 from avs.system.errors import UserError
+from avs.system.models import laid_over
 
 ROOT = Path(__file__).resolve().parents[2]
 CONFIGS = sorted((ROOT / "workflows" / "config").glob("*.yaml"))
@@ -27,6 +28,14 @@ def values(name="ci"):
 def test_every_scale_follows_the_schema(path):
     config = load(yaml.safe_load(path.read_text()))
     assert config.scale == path.stem
+
+
+@pytest.mark.parametrize(
+    "path", sorted((ROOT / "workflows/config/overlays").glob("*.yaml")), ids=lambda path: path.stem
+)
+def test_every_overlay_fits_over_its_scale(path):
+    base = "small" if path.stem == "photographs" else "ci"
+    assert load(laid_over(values(base), yaml.safe_load(path.read_text())))
 
 
 @pytest.mark.parametrize(
