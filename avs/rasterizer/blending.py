@@ -18,8 +18,9 @@ from avs.rasterizer.blending_decision import (
     touch,
 )
 from avs.rasterizer.kernels import Floats, Integers, Number, inline, kernel
-from avs.rasterizer.simd import LANES, any_of, fma, where
+from avs.rasterizer.simd import any_of, fma, where
 from avs.rasterizer.simd_memory import aligned_full, load, prefetch, store
+from avs.rasterizer.simd_types import LANES
 from avs.rasterizer.splat_records import COLOR
 from avs.rasterizer.tiles import TILE, grown, tile_lists
 

@@ -30,8 +30,9 @@ from avs.rasterizer.blending_decision import (
 )
 from avs.rasterizer.constants import ALPHA_MAX
 from avs.rasterizer.kernels import Floats, Integers, Number, inline, kernel
-from avs.rasterizer.simd import LANES, absolute, any_of, broadcast, fma, where
+from avs.rasterizer.simd import absolute, any_of, broadcast, fma, where
 from avs.rasterizer.simd_memory import add_row_sums, aligned_empty, aligned_full, load, prefetch, store
+from avs.rasterizer.simd_types import LANES
 from avs.rasterizer.splat_records import COLOR, LOG2_E, XX, XY, YY
 from avs.rasterizer.tiles import TILE
 

@@ -11,8 +11,9 @@ import numpy as np
 
 from avs.rasterizer.constants import ALPHA_MAX, TRANSMITTANCE_MIN
 from avs.rasterizer.kernels import Floats, Number, inline
-from avs.rasterizer.simd import LANES, any_of, exp2, fma, minimum, where
+from avs.rasterizer.simd import any_of, exp2, fma, minimum, where
 from avs.rasterizer.simd_memory import load
+from avs.rasterizer.simd_types import LANES
 from avs.rasterizer.splat_records import LOG2_ALPHA_MIN, LOG_OPACITY, XX, XY, YY, X, Y
 from avs.rasterizer.tiles import TILE
 

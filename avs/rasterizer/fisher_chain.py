@@ -44,8 +44,9 @@ from avs.rasterizer.gaussian_rows import (
     load_gaussian,
 )
 from avs.rasterizer.kernels import Floats, Integers, Number, Numbers, inline, kernel
-from avs.rasterizer.simd import LANES, broadcast
+from avs.rasterizer.simd import broadcast
 from avs.rasterizer.simd_memory import load, load_rows, store_rows
+from avs.rasterizer.simd_types import LANES
 from avs.rasterizer.spherical_harmonics import basis_gradient, evaluate_basis
 
 # Where the rows of one combination of ``units`` begin: the factors of the derivatives of centre in the image (2), conic

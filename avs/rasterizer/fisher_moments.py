@@ -27,8 +27,9 @@ from avs.rasterizer.blending_decision import (
 )
 from avs.rasterizer.constants import ALPHA_MAX
 from avs.rasterizer.kernels import Floats, Integers, Number, inline, kernel
-from avs.rasterizer.simd import LANES, any_of, broadcast, fma, where
+from avs.rasterizer.simd import any_of, broadcast, fma, where
 from avs.rasterizer.simd_memory import add_row_sums, aligned_empty, aligned_full, load, prefetch, store, store_rows
+from avs.rasterizer.simd_types import LANES
 from avs.rasterizer.splat_records import COLOR
 from avs.rasterizer.tiles import TILE
 

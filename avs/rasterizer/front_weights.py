@@ -16,8 +16,9 @@ from avs.rasterizer.blending_decision import (
     touch,
 )
 from avs.rasterizer.kernels import Floats, Integers, Number, inline, kernel
-from avs.rasterizer.simd import LANES, any_of, broadcast, fma, where
+from avs.rasterizer.simd import any_of, broadcast, fma, where
 from avs.rasterizer.simd_memory import aligned_empty, load, store, sum_lanes
+from avs.rasterizer.simd_types import LANES
 from avs.rasterizer.tiles import TILE
 
 # Layout of a tile's scratch memory: transmittance and value of its pixels.

@@ -1,8 +1,8 @@
 """Sixteen Gaussians side by side in scratch memory: a row of sixteen numbers for each number of a Gaussian."""
 
 from avs.rasterizer.kernels import Floats, Numbers, inline
-from avs.rasterizer.simd import LANES
 from avs.rasterizer.simd_memory import load_rows
+from avs.rasterizer.simd_types import LANES
 
 # Where the rows begin: centre (3), quaternion (4), scale (3), conic (3), compensation; after those a kernel's own.
 MEAN, QUAT, SCALE, CONIC, COMPENSATION, ROWS = (LANES * row for row in (0, 3, 7, 10, 13, 14))

@@ -13,8 +13,9 @@ from avs.rasterizer.constants import ALPHA_MIN, FIELD_OF_VIEW_MARGIN, LARGEST_RA
 from avs.rasterizer.ewa import project, project_backward
 from avs.rasterizer.gaussian_rows import COMPENSATION, CONIC, ROWS, gather_gaussian, load_gaussian
 from avs.rasterizer.kernels import Context, Floats, Integers, Number, Numbers, kernel
-from avs.rasterizer.simd import LANES, broadcast
+from avs.rasterizer.simd import broadcast
 from avs.rasterizer.simd_memory import load, load_rows, store, store_rows, sum_lanes
+from avs.rasterizer.simd_types import LANES
 
 # Where the rows of scratch memory begin after those of ``gaussian_rows``: centre in the image and depth (3), blurred
 # variances (2); in the backward pass the gradients of centre and depth (3), conic (3) and compensation, then those of

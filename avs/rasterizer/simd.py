@@ -20,17 +20,11 @@ from typing import Any, cast
 import numpy as np
 from llvmlite import ir
 from numba import types
-from numba.core.cgutils import get_or_insert_function
 from numba.extending import intrinsic, models, overload, register_model
 
-LANES = 16
+from avs.rasterizer.simd_masks import BITS, bits, both, compared, selected
+from avs.rasterizer.simd_types import FLOATS, INT, INTS, LANES, Part, call
 
-_FLOAT = ir.FloatType()
-FLOATS = ir.VectorType(_FLOAT, LANES)
-_INTS = ir.VectorType(ir.IntType(32), LANES)
-_BITS = ir.VectorType(ir.IntType(1), LANES)
-# A value of LLVM, a numba type, or the object that carries them.
-Part = Any
 # numba wants an implementation's parameters named and annotated as those of the function that chooses it: lambdas.
 _overload = cast("Callable[[Callable[..., Any]], Callable[[Callable[..., Any]], Any]]", overload)
 _intrinsic = cast("Callable[[Callable[..., Any]], Any]", intrinsic)
@@ -63,7 +57,7 @@ class _VectorModel(models.PrimitiveModel):
 @register_model(_Mask)
 class _MaskModel(models.PrimitiveModel):
     def __init__(self, dmm: Part, fe_type: Part) -> None:
-        super().__init__(dmm, fe_type, _BITS)  # type: ignore[no-untyped-call]
+        super().__init__(dmm, fe_type, BITS)  # type: ignore[no-untyped-call]
 
 
 def constant(value: float) -> ir.Constant:
@@ -72,25 +66,18 @@ def constant(value: float) -> ir.Constant:
 
 
 def _integers(value: int) -> ir.Constant:
-    return ir.Constant(_INTS, [value] * LANES)
+    return ir.Constant(INTS, [value] * LANES)
 
 
 def _broadcast(builder: Part, scalar: Part) -> Part:
-    one = builder.insert_element(ir.Constant(FLOATS, ir.Undefined), scalar, ir.Constant(ir.IntType(32), 0))
-    return builder.shuffle_vector(one, ir.Constant(FLOATS, ir.Undefined), ir.Constant(_INTS, [0] * LANES))
+    one = builder.insert_element(ir.Constant(FLOATS, ir.Undefined), scalar, ir.Constant(INT, 0))
+    return builder.shuffle_vector(one, ir.Constant(FLOATS, ir.Undefined), ir.Constant(INTS, [0] * LANES))
 
 
 def _as_vector(context: Part, builder: Part, value: Part, kind: Part) -> Part:
     if isinstance(kind, _Vector):
         return value
     return _broadcast(builder, context.cast(builder, value, kind, types.float32))
-
-
-def call(builder: Part, name: str, result: Part, arguments: list[Part]) -> Part:
-    """Emit a call of one of LLVM's intrinsics."""
-    signature = ir.FunctionType(result, [argument.type for argument in arguments])
-    function = get_or_insert_function(builder.module, signature, name)  # type: ignore[no-untyped-call]
-    return builder.call(function, arguments)
 
 
 def _elementwise(arity: int, result: types.Type, emit: Callable[..., Any]) -> Part:
@@ -137,7 +124,7 @@ _overload_operator(operator.sub, VECTOR, lambda builder, a, b: builder.fsub(a, b
 _overload_operator(operator.mul, VECTOR, lambda builder, a, b: builder.fmul(a, b))
 _overload_operator(operator.truediv, VECTOR, lambda builder, a, b: builder.fdiv(a, b))
 for _function, _sign in ((operator.gt, ">"), (operator.ge, ">="), (operator.lt, "<"), (operator.le, "<=")):
-    _overload_operator(_function, MASK, lambda builder, a, b, sign=_sign: builder.fcmp_ordered(sign, a, b))
+    _overload_operator(_function, MASK, lambda builder, a, b, sign=_sign: compared(builder, sign, a, b))
 
 
 @_intrinsic
@@ -150,7 +137,7 @@ _overload(operator.neg)(lambda a: (lambda a: _negative(a)) if _is_vector(a) else
 
 @_intrinsic
 def _mask_and(typingctx: Part, a: Part, b: Part) -> Part:
-    return MASK(a, b), lambda context, builder, signature, arguments: builder.and_(*arguments)
+    return MASK(a, b), lambda context, builder, signature, arguments: both(builder, *arguments)
 
 
 _overload(operator.and_)(lambda a, b: (lambda a, b: _mask_and(a, b)) if isinstance(a, _Mask) else None)
@@ -161,8 +148,7 @@ def any_of(typingctx: Part, mask: Part) -> Part:
     """Return whether any of the sixteen truth values holds."""
 
     def codegen(context: Part, builder: Part, signature: Part, arguments: Part) -> Part:
-        bits = builder.bitcast(arguments[0], ir.IntType(LANES))
-        return builder.icmp_unsigned("!=", bits, ir.Constant(ir.IntType(LANES), 0))
+        return builder.icmp_unsigned("!=", bits(builder, arguments[0]), ir.Constant(INT, 0))
 
     return types.boolean(mask), codegen
 
@@ -172,7 +158,7 @@ def bits_of(typingctx: Part, mask: Part) -> Part:
     """Return the sixteen truth values as an integer, the first as its lowest bit."""
 
     def codegen(context: Part, builder: Part, signature: Part, arguments: Part) -> Part:
-        return builder.zext(builder.bitcast(arguments[0], ir.IntType(LANES)), ir.IntType(32))
+        return bits(builder, arguments[0])
 
     return types.uint32(mask), codegen
 
@@ -204,7 +190,7 @@ ceil = _elementwise(1, VECTOR, lambda builder, a: call(builder, "llvm.ceil.v16f3
 def _select(typingctx: Part, mask: Part, a: Part, b: Part) -> Part:
     def codegen(context: Part, builder: Part, signature: Part, arguments: Part) -> Part:
         pair = [_as_vector(context, builder, x, k) for x, k in zip(arguments[1:], signature.args[1:], strict=True)]
-        return builder.select(arguments[0], *pair)
+        return selected(builder, arguments[0], *pair)
 
     return VECTOR(mask, a, b), codegen
 
@@ -267,7 +253,7 @@ def exp2(typingctx: Part, exponent: Part) -> Part:
         value = constant(_EXP2_COEFFICIENTS[-1])
         for coefficient in _EXP2_COEFFICIENTS[-2::-1]:
             value = call(builder, "llvm.fmuladd.v16f32", FLOATS, [value, fraction, constant(coefficient)])
-        exponent_bits = builder.shl(builder.bitcast(shifted, _INTS), _integers(23))
-        return builder.bitcast(builder.add(builder.bitcast(value, _INTS), exponent_bits), FLOATS)
+        exponent_bits = builder.shl(builder.bitcast(shifted, INTS), _integers(23))
+        return builder.bitcast(builder.add(builder.bitcast(value, INTS), exponent_bits), FLOATS)
 
     return VECTOR(VECTOR), codegen

@@ -9,7 +9,8 @@ from numba import types
 from numba.extending import intrinsic
 
 from avs.rasterizer.kernels import Floats, inline
-from avs.rasterizer.simd import FLOATS, LANES, VECTOR, Part, call, constant
+from avs.rasterizer.simd import VECTOR, constant
+from avs.rasterizer.simd_types import FLOATS, LANES, Part, call
 
 _intrinsic = cast("Callable[[Callable[..., Any]], Any]", intrinsic)
 

@@ -4,8 +4,8 @@ import numpy as np
 
 from avs.rasterizer.constants import ALPHA_MIN
 from avs.rasterizer.kernels import Floats, Integers, kernel
-from avs.rasterizer.simd import LANES
 from avs.rasterizer.simd_memory import aligned_empty
+from avs.rasterizer.simd_types import LANES
 
 LOG2_ALPHA_MIN = float(np.log2(ALPHA_MIN))
 LOG2_E = float(np.log2(np.e))

@@ -8,8 +8,9 @@ its opacity is 1/255 reaches the tile's pixel centres: the test is exact for eac
 import numpy as np
 
 from avs.rasterizer.kernels import Floats, Integers, inline, kernel
-from avs.rasterizer.simd import LANES, ceil, floor, maximum, minimum, square_root, where
+from avs.rasterizer.simd import ceil, floor, maximum, minimum, square_root, where
 from avs.rasterizer.simd_memory import aligned_empty, aligned_full, load, store
+from avs.rasterizer.simd_types import LANES
 from avs.rasterizer.splat_records import LOG2_ALPHA_MIN, LOG_OPACITY, RADIUS_X, RADIUS_Y, XX, XY, YY, X, Y
 
 TILE = 8

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from avs.rasterizer.simd import LANES
+from avs.rasterizer.simd_types import LANES
 
 MARGIN = LANES
 """Places at either end of a row, so that neighbours need no cases."""

@@ -10,8 +10,9 @@ from __future__ import annotations
 import numpy as np
 
 from avs.rasterizer.kernels import Floats, Integers, Number, inline, kernel
-from avs.rasterizer.simd import LANES, absolute, broadcast, exp2, fma, maximum, minimum, square_root, where
+from avs.rasterizer.simd import absolute, broadcast, exp2, fma, maximum, minimum, square_root, where
 from avs.rasterizer.simd_memory import aligned_empty, load, store
+from avs.rasterizer.simd_types import LANES
 from avs.sfm.chess_board import MARGIN, NOWHERE
 from avs.sfm.plane_sweep import NOISE, UNKNOWN
 from avs.sfm.stereo_vectors import BORDER, EDGE, count_of, inverse_root, nearest, sample

@@ -10,8 +10,9 @@ from __future__ import annotations
 import numpy as np
 
 from avs.rasterizer.kernels import Floats, Integers, Number, inline, kernel
-from avs.rasterizer.simd import LANES, any_of, broadcast, maximum, minimum, square_root, where
+from avs.rasterizer.simd import any_of, broadcast, maximum, minimum, square_root, where
 from avs.rasterizer.simd_memory import load, store
+from avs.rasterizer.simd_types import LANES
 from avs.sfm.stereo_vectors import BORDER, EDGE, inverse_root, sample
 
 RADIUS = 3

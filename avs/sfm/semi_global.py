@@ -9,8 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from avs.rasterizer.kernels import Floats, Integers, Number, inline, kernel
-from avs.rasterizer.simd import LANES, broadcast, minimum
+from avs.rasterizer.simd import broadcast, minimum
 from avs.rasterizer.simd_memory import load, store
+from avs.rasterizer.simd_types import LANES
 from avs.sfm.stereo_vectors import least_of
 
 STEP, JUMP = 0.05, 0.5

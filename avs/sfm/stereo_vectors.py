@@ -15,10 +15,11 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from avs.rasterizer.simd import FLOATS, LANES, VECTOR, Part, call
+from avs.rasterizer.simd import VECTOR
+from avs.rasterizer.simd_masks import bits
+from avs.rasterizer.simd_types import FLOATS, INT, INTS, LANES, Part, call
 
 _intrinsic = cast("Callable[[Callable[..., Any]], Any]", intrinsic)
-_INTS = ir.VectorType(ir.IntType(32), LANES)
 
 EDGE = 1.001
 """Coordinates lie in ``0 .. size - EDGE``: the pixel to the right and the one below must be there."""
@@ -44,14 +45,14 @@ def bordered(values: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
 
 
 def _all(value: int) -> ir.Constant:
-    return ir.Constant(_INTS, [value] * LANES)
+    return ir.Constant(INTS, [value] * LANES)
 
 
 def _places(builder: Part, wide: Part, columns: Part, rows: Part) -> Part:
     """Emit ``rows * wide + columns``."""
-    narrow = builder.trunc(wide, ir.IntType(32))
-    one = builder.insert_element(ir.Constant(_INTS, ir.Undefined), narrow, ir.Constant(ir.IntType(32), 0))
-    stride = builder.shuffle_vector(one, ir.Constant(_INTS, ir.Undefined), _all(0))
+    narrow = builder.trunc(wide, INT)
+    one = builder.insert_element(ir.Constant(INTS, ir.Undefined), narrow, ir.Constant(INT, 0))
+    stride = builder.shuffle_vector(one, ir.Constant(INTS, ir.Undefined), _all(0))
     return builder.add(builder.mul(rows, stride), columns)
 
 
@@ -68,7 +69,7 @@ def _gathered(context: Part, builder: Part, kind: Part, element: Part, array: Pa
     result = ir.VectorType(element, LANES)
     name = f"llvm.masked.gather.v{LANES}{'f' if element == ir.FloatType() else 'i'}32.v{LANES}p0"
     every = ir.Constant(ir.VectorType(ir.IntType(1), LANES), [1] * LANES)
-    align = ir.Constant(ir.IntType(32), 4)
+    align = ir.Constant(INT, 4)
     return call(builder, name, result, [addresses, align, every, ir.Constant(result, ir.Undefined)])
 
 
@@ -79,7 +80,7 @@ def nearest(typingctx: Part, values: Part, start: Part, width: Part, x: Part, y:
     def codegen(context: Part, builder: Part, signature: Part, arguments: Part) -> Part:
         array, start, wide, x, y = arguments
         half = ir.Constant(FLOATS, [0.5] * LANES)
-        columns, rows = (builder.fptosi(builder.fadd(place, half), _INTS) for place in (x, y))
+        columns, rows = (builder.fptosi(builder.fadd(place, half), INTS) for place in (x, y))
         places = _places(builder, wide, columns, rows)
         return _gathered(context, builder, signature.args[0], ir.FloatType(), array, start, places)
 
@@ -101,12 +102,12 @@ def sample(typingctx: Part, picture: Part, start: Part, width: Part, x: Part, y:
 
     def codegen(context: Part, builder: Part, signature: Part, arguments: Part) -> Part:
         array, start, wide, x, y = arguments
-        columns, rows = builder.fptosi(x, _INTS), builder.fptosi(y, _INTS)
+        columns, rows = builder.fptosi(x, INTS), builder.fptosi(y, INTS)
         across, down = (
             builder.fsub(place, builder.sitofp(whole, FLOATS)) for place, whole in ((x, columns), (y, rows))
         )
         places = _places(builder, wide, columns, rows)
-        quads = _gathered(context, builder, signature.args[0], ir.IntType(32), array, start, places)
+        quads = _gathered(context, builder, signature.args[0], INT, array, start, places)
         corners = [
             builder.sitofp(builder.and_(builder.lshr(quads, _all(shift)), _all(255)), FLOATS)
             for shift in (0, 8, 16, 24)
@@ -129,8 +130,8 @@ def inverse_root(typingctx: Part, vector: Part) -> Part:
 
     def codegen(context: Part, builder: Part, signature: Part, arguments: Part) -> Part:
         vector = arguments[0]
-        bits = builder.lshr(builder.bitcast(vector, _INTS), _all(1))
-        guess = builder.bitcast(builder.sub(_all(0x5F3759DF), bits), FLOATS)
+        halved = builder.lshr(builder.bitcast(vector, INTS), _all(1))
+        guess = builder.bitcast(builder.sub(_all(0x5F3759DF), halved), FLOATS)
         minus_half = builder.fmul(vector, ir.Constant(FLOATS, [-0.5] * LANES))
         for _ in range(2):
             square = builder.fmul(guess, guess)
@@ -148,8 +149,8 @@ def count_of(typingctx: Part, mask: Part) -> Part:
     """Return how many of sixteen truth values hold."""
 
     def codegen(context: Part, builder: Part, signature: Part, arguments: Part) -> Part:
-        bits = builder.bitcast(arguments[0], ir.IntType(LANES))
-        return builder.zext(call(builder, "llvm.ctpop.i16", ir.IntType(LANES), [bits]), ir.IntType(64))
+        found = call(builder, "llvm.ctpop.i32", INT, [bits(builder, arguments[0])])
+        return builder.zext(found, ir.IntType(64))
 
     return types.int64(mask), codegen
 
@@ -162,8 +163,8 @@ def least_of(typingctx: Part, vector: Part) -> Part:
         vector = arguments[0]
         for half in (8, 4, 2, 1):
             lanes = [*range(half, 2 * half), *range(half, LANES), *range(half)][:LANES]
-            other = builder.shuffle_vector(vector, vector, ir.Constant(_INTS, lanes))
+            other = builder.shuffle_vector(vector, vector, ir.Constant(INTS, lanes))
             vector = builder.select(builder.fcmp_ordered("<", other, vector), other, vector)
-        return builder.extract_element(vector, ir.Constant(ir.IntType(32), 0))
+        return builder.extract_element(vector, ir.Constant(INT, 0))
 
     return types.float32(VECTOR), codegen

@@ -6,8 +6,8 @@ from scipy import ndimage
 from tolerances import BILINEAR_SAMPLE, INVERSE_ROOT, SWEEP_COST
 
 from avs.rasterizer.kernels import kernel
-from avs.rasterizer.simd import LANES
 from avs.rasterizer.simd_memory import load, store
+from avs.rasterizer.simd_types import LANES
 from avs.sfm.chess_board import MARGIN, NOWHERE, columns_apart, halves, whole
 from avs.sfm.plane_sweep import NOISE, RADIUS, UNKNOWN, sweep
 from avs.sfm.semi_global import EDGE_STEP, JUMP, STEP, smoothed, winners

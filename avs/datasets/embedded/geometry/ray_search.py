@@ -16,8 +16,9 @@ import numpy.typing as npt
 
 from avs.datasets.embedded.geometry.ray_tree import RayTree
 from avs.rasterizer.kernels import Floats, Integers, Number, Numbers, inline, kernel
-from avs.rasterizer.simd import LANES, absolute, bits_of, fma, lowest_bit, maximum, minimum
+from avs.rasterizer.simd import absolute, bits_of, fma, lowest_bit, maximum, minimum
 from avs.rasterizer.simd_memory import load, store
+from avs.rasterizer.simd_types import LANES
 
 _ZERO: Number = np.float32(0)
 _ONE: Number = np.float32(1)

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avs.rasterizer.kernels import Floats, Integers, inline, kernel
-from avs.rasterizer.simd import LANES
+from avs.rasterizer.simd_types import LANES
 
 Triangles = npt.NDArray[np.integer]
 
