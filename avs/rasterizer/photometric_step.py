@@ -15,14 +15,14 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avs.rasterizer.blended_view import BlendedView, ProjectedView, blend_view
+from avs.rasterizer.blended_view import BlendedView, ProjectedView, blend_view, project_view
 from avs.rasterizer.blending import to_image
 from avs.rasterizer.blending_backward import CHANNELS, blend_backward, unpack_gradients
-from avs.rasterizer.constants import BLUR, FAR_PLANE, NEAR_PLANE
+from avs.rasterizer.constants import BLUR
 from avs.rasterizer.dssim import l1_dssim
 from avs.rasterizer.kernels import Context, Floats
 from avs.rasterizer.losses import Target
-from avs.rasterizer.projection import camera_numbers, project_backward_kernel, project_kernel
+from avs.rasterizer.projection import camera_numbers, project_backward_kernel
 from avs.rasterizer.spherical_harmonics import color_backward_kernel, color_kernel
 
 
@@ -153,22 +153,13 @@ class _Step(torch.autograd.Function):
 
 def _seen(gaussians: _Gaussians, shot: _Shot) -> _Seen:
     """Project the Gaussians, colour them, and blend them."""
-    count = len(gaussians.means)
-    means2d, depths, conics = (
-        np.empty((count, 2), np.float32),
-        np.empty(count, np.float32),
-        np.empty((count, 3), np.float32),
+    shapes = (gaussians.means, gaussians.quats, gaussians.scales, gaussians.opacities)
+    means, quats, scales, opacities = map(torch.from_numpy, shapes)
+    view, compensations = project_view(
+        means, quats, scales, opacities, shot.viewmat, shot.intrinsics, shot.width, shot.height
     )
-    compensations, radii = np.empty(count, np.float32), np.empty((count, 2), np.int32)
-    pose, lens = shot.numbers
-    project_kernel(
-        gaussians.means, gaussians.quats, gaussians.scales, gaussians.opacities, pose, lens,
-        (np.float32(shot.width), np.float32(shot.height)), (np.float32(NEAR_PLANE), np.float32(FAR_PLANE)),
-        np.float32(BLUR), np.float32(0.0), False, means2d, depths, conics, compensations, radii,
-    )  # fmt: skip
-    colors = np.empty((count, 3), np.float32)
-    color_kernel(shot.degree, gaussians.means, shot.centre, gaussians.coefficients, radii, colors)
-    view = ProjectedView(means2d, conics, gaussians.opacities, depths, radii)
+    colors = np.empty_like(gaussians.means)
+    color_kernel(shot.degree, gaussians.means, shot.centre, gaussians.coefficients, view.radii, colors)
     return _Seen(view, compensations, colors, blend_view(view, colors, shot.width, shot.height))
 
 

@@ -28,7 +28,7 @@ _V_IMAGE, _V_DEPTH, _V_CONIC, _V_COMPENSATION, _V_MEAN, _V_QUAT, _V_SCALE, _BACK
 
 # Long because sixteen Gaussians are gathered into vectors and scattered again, number by number.
 @kernel
-def project_kernel(
+def _project_kernel(
     means: Floats, quats: Floats, scales: Floats, opacities: Floats, pose: Numbers, lens: Numbers, size: Numbers,
     planes: Numbers, eps2d: Number, radius_clip: Number, antialiased: bool, means2d: Floats, depths: Floats,
     conics: Floats, compensations: Floats, radii: Integers,
@@ -193,7 +193,7 @@ class _Project(torch.autograd.Function):
         planes, size = (np.float32(near), np.float32(far)), (np.float32(width), np.float32(height))
         for c in range(cameras):
             pose, lens = camera_numbers(viewmats[c], intrinsics[c], width, height)
-            project_kernel(
+            _project_kernel(
                 *gaussians, pose, lens, size, planes, np.float32(eps2d), np.float32(clip), antialiased,
                 *(x[c] for x in outputs),
             )  # fmt: skip

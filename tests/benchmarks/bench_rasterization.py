@@ -43,7 +43,7 @@ from avs.rasterizer.variance_rasterization import rasterization_with_variance, v
 # Gaussians, width, height, seed.
 WORKLOADS = {"W1": (5000, 160, 120, 1), "W2": (20000, 320, 240, 2), "W3": (100000, 640, 480, 3)}
 STAGES = {
-    "project": (projection, "project_kernel"),
+    "project": (projection, "_project_kernel"),
     "sort": (blended_view, "depth_order"),
     "pack": (blended_view, "pack_records"),
     "tiles+blend": (blended_view, "blend"),

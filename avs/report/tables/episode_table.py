@@ -30,6 +30,7 @@ class EpisodeTable:
         episodes: of one data set.
         metrics: the columns.
         reference: identifier of the method that the others are to be compared with, or None.
+        compared_with: the reference, if it has episodes, or None.
         rows: the methods, in order.
         numbers: by identifier of the method and of the metric.
         paper: the published values, or None.
@@ -40,16 +41,12 @@ class EpisodeTable:
     episodes: Episodes
     metrics: Sequence[Metric]
     reference: str | None
+    compared_with: str | None
     rows: Sequence[Presented]
     numbers: Numbers
     paper: Published | None
     why_not: str | None
     differences: Comparison | None
-
-    @property
-    def compared_with(self) -> str | None:
-        """The reference, if it has episodes."""
-        return self.reference if self.reference in self.episodes.cells else None
 
     def missing(self) -> list[str]:
         """Say why cells are empty."""
@@ -145,6 +142,7 @@ def episode_table(
         episodes=episodes,
         metrics=quantities.columns,
         reference=reference,
+        compared_with=compared_with,
         rows=rows,
         numbers=numbers,
         paper=paper,
