@@ -27,6 +27,8 @@ Precision = Literal["float32", "bfloat16"]
 PATCH = 14
 """Pixels along a side of the square that one token describes, as in DINOv2 and CrossScore."""
 
+ENCODED_AT_ONCE = 32
+"""Images that a frozen backbone sees at once in a training, which bounds its memory."""
 
 ReferenceChoice = Literal["random", "nearest"]
 
@@ -155,7 +157,8 @@ class TrainingSettings(StrictModel):
     cache_features: bool = Field(
         default=False,
         description="with a frozen backbone: encode whole images once and crop their features, where CrossScore "
-        "encodes each crop; far faster, but all features lie in memory",
+        "encodes each crop; far faster, but the features of all images take room on disk, beside the weights, until "
+        "the training ends",
     )
     resize: ResizeSettings = Field(
         default=ResizeSettings(side="short", pixels=540), description="size of the images before they are cropped"

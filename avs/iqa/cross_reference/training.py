@@ -91,6 +91,11 @@ class _Told:
     checkpoint: Path
     made_of: str
 
+    @property
+    def folder(self) -> Path:
+        """Where there must be room for what a training keeps on disk."""
+        return self.checkpoint.parent
+
     def data(self) -> tuple[list[Distortions], list[Distortions]]:
         """Read the training scenes and the held-out ones."""
         scenes = [read_distortions(path) for path in self.training]
@@ -157,10 +162,10 @@ def fit(
         raise UserError("training.processes", fault, "set backbone_frozen: true, or processes: 1")
     features = _prepared_backbone(network, scenes, told) if frozen else None
     if not frozen and told.settings.network.standardized:
-        _standardize(network, scenes, training, told.device)
+        _standardize(network, scenes, told)
     cached = features if training.cache_features else None
-    sampler = Sampler(scenes, training, np.random.default_rng([told.settings.seed, 0]), cached)
-    examination = Sampler(held_out, training, np.random.default_rng([told.settings.seed, 1]))
+    sampler = Sampler(scenes, training, np.random.default_rng([told.settings.seed, 0]), cached, told.folder)
+    examination = Sampler(held_out, training, np.random.default_rng([told.settings.seed, 1]), folder=told.folder)
     drawn = (examination.batch() for _ in range(_HELD_OUT_BATCHES))
     # a frozen backbone sees the same crops at each evaluation
     batches = [(batch if features is None else _encoded(batch, features)).to(told.device) for batch in drawn]
@@ -217,37 +222,33 @@ def _prepared_backbone(
     """Freeze the backbone, give it the statistics that it needs, and return what computes its features for good."""
     network.backbone.requires_grad_(False).eval()
     if told.source is None:
-        _calibrate(network, scenes, told.settings.training, told.device)
+        _calibrate(network, scenes, told)
     if told.settings.network.standardized:
-        _standardize(network, scenes, told.settings.training, told.device)
+        _standardize(network, scenes, told)
     return _encoder(network, told.device)
 
 
-def _calibrate(
-    network: CrossReferenceNetwork, scenes: list[Distortions], training: TrainingSettings, device: str
-) -> None:
+def _calibrate(network: CrossReferenceNetwork, scenes: list[Distortions], told: _Told) -> None:
     """Give a random backbone's batch norms the statistics of training images; without them its features fade away."""
     open_residual_branches(network.backbone)
     with torch.no_grad():
-        update_bn([network.normalized(batch) for batch in _images(scenes, training, device)], network.backbone)
+        update_bn([network.normalized(batch) for batch in _images(scenes, told)], network.backbone)
     network.backbone.eval()
 
 
 @torch.no_grad()
-def _standardize(
-    network: CrossReferenceNetwork, scenes: list[Distortions], training: TrainingSettings, device: str
-) -> None:
+def _standardize(network: CrossReferenceNetwork, scenes: list[Distortions], told: _Told) -> None:
     """Give the network the means and deviations of its backbone's channels over training images."""
     network.backbone.eval()
-    features = [network.features(batch).flatten(0, 2) for batch in _images(scenes, training, device)]
+    features = [network.features(batch).flatten(0, 2) for batch in _images(scenes, told)]
     network.standardize(torch.cat(features))
 
 
-def _images(scenes: list[Distortions], training: TrainingSettings, device: str) -> Iterator[Tensor]:
+def _images(scenes: list[Distortions], told: _Told) -> Iterator[Tensor]:
     """Yield some batches of crops of renderings and photographs, the same at each call."""
-    sampler = Sampler(scenes, training, np.random.default_rng(0))
+    sampler = Sampler(scenes, told.settings.training, np.random.default_rng(0), folder=told.folder)
     for _ in range(_CALIBRATION_BATCHES):
-        batch = sampler.batch().to(device)
+        batch = sampler.batch().to(told.device)
         yield torch.cat([batch.queries.flatten(0, 1), batch.references.flatten(0, 2)])
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from torch import Tensor
 from avs.iqa.cross_reference.distortions import Distortions, decoded
 from avs.iqa.cross_reference.reference_order import reference_order
 from avs.iqa.cross_reference.scorer_settings import PATCH, TrainingSettings
+from avs.iqa.cross_reference.tensors_on_disk import on_disk
 from avs.iqa.resizing import ResizeSettings, resized, to_tensor
 from avs.system.errors import UserError
 
@@ -57,8 +59,9 @@ class Sampler:
         settings: TrainingSettings,
         rng: np.random.Generator,
         features: Callable[[Tensor], Tensor] | None = None,
+        folder: Path | None = None,
     ) -> None:
-        """Resize all images once.
+        """Resize all images once; features and maps are kept on disk, since those of forty scenes fill a memory.
 
         Args:
             scenes: the data.
@@ -66,16 +69,18 @@ class Sampler:
             rng: decides every draw.
             features: if given, whole images ``[n, 3, height, width]`` in 0..1 pass through it once, and the crops are
                 taken of what it returns, ``[n, height // 14, width // 14, channels]``.
+            folder: where they are kept; None is where temporary files are.
 
         Raises:
             UserError: a scene's images are smaller than a crop.
+            OSError: there is no room on disk.
         """
         self._settings = settings
         self._rng = rng
         self._unit = 1 if features is None else PATCH
-        self._scenes = [_Prepared(scene, settings, features) for scene in scenes]
+        self._scenes = [_Prepared(scene, settings, features, folder) for scene in scenes]
         black = np.zeros((settings.crop, settings.crop, 3), dtype=np.uint8)
-        self._black = _prepared([black], ResizeSettings(pixels=settings.crop), features)[0]
+        self._black = _prepared([black], ResizeSettings(pixels=settings.crop), features, folder)[0]
 
     @property
     def state(self) -> dict[str, Any]:
@@ -150,11 +155,15 @@ class _Prepared:
     """A scene's images, resized, as tensors ``[rows, columns, channels]``; its renderings by moment."""
 
     def __init__(
-        self, scene: Distortions, settings: TrainingSettings, features: Callable[[Tensor], Tensor] | None
+        self,
+        scene: Distortions,
+        settings: TrainingSettings,
+        features: Callable[[Tensor], Tensor] | None,
+        folder: Path | None,
     ) -> None:
-        self.photographs = _prepared(scene.photographs, settings.resize, features)
-        self.renderings = _prepared(scene.renderings, settings.resize, features)
-        self.maps = [resized_map(decoded(code), settings.resize) for code in scene.maps]
+        self.photographs = _prepared(scene.photographs, settings.resize, features, folder)
+        self.renderings = _prepared(scene.renderings, settings.resize, features, folder)
+        self.maps = on_disk((resized_map(decoded(code), settings.resize) for code in scene.maps), folder)
         self.images, self.centers = scene.images, scene.centers
         self.every = range(len(scene.photographs))
         self.captured = [moment.captured for moment in scene.moments]
@@ -172,14 +181,20 @@ def resized_map(values: npt.NDArray[np.float32], settings: ResizeSettings) -> Te
 
 
 def _prepared(
-    images: Sequence[npt.NDArray[np.uint8]], settings: ResizeSettings, features: Callable[[Tensor], Tensor] | None
+    images: Sequence[npt.NDArray[np.uint8]],
+    settings: ResizeSettings,
+    features: Callable[[Tensor], Tensor] | None,
+    folder: Path | None,
 ) -> list[Tensor]:
-    """Return the images' features; or their pixels as uint8, of which four times more fit in memory than as floats."""
+    """Return the images' features, kept on disk; or their pixels as uint8, of which four times more fit in memory."""
     tensors = (resized(to_tensor(image[None]), settings) for image in images)
     if features is None:
         return [(image[0] * 255.0).round().to(torch.uint8).permute(1, 2, 0) for image in tensors]
-    prepared: list[Tensor] = []
-    for _, group in itertools.groupby(tensors, key=lambda image: image.shape):
-        for batch in torch.split(torch.cat(list(group)), _ENCODING_BATCH):
-            prepared.extend(features(batch))
-    return prepared
+    return on_disk(_encoded(tensors, features), folder)
+
+
+def _encoded(images: Iterator[Tensor], features: Callable[[Tensor], Tensor]) -> Iterator[Tensor]:
+    """Yield the features of each image ``[1, 3, height, width]``, computed for a few of one size at once."""
+    for _, group in itertools.groupby(images, key=lambda image: image.shape):
+        while batch := list(itertools.islice(group, _ENCODING_BATCH)):
+            yield from features(torch.cat(batch))

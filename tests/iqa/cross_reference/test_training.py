@@ -7,6 +7,7 @@ import safetensors.torch
 import torch
 
 from avs.iqa.cross_reference import training as training_module
+from avs.iqa.cross_reference import training_loss
 from avs.iqa.cross_reference.backbones import RepViT
 from avs.iqa.cross_reference.distortions import write_distortions
 from avs.iqa.cross_reference.network import build_network
@@ -19,7 +20,8 @@ from avs.iqa.cross_reference.scorer_settings import (
     TrainingSettings,
 )
 from avs.iqa.cross_reference.training import CHECKPOINT, train
-from avs.iqa.cross_reference.training_loss import centered_loss
+from avs.iqa.cross_reference.training_batches import Sampler
+from avs.iqa.cross_reference.training_loss import centered_loss, predicted_maps
 from avs.iqa.resizing import ResizeSettings
 from avs.system.compatibility import prepare_torchvision
 from avs.system.errors import UserError
@@ -108,6 +110,19 @@ def test_frozen_random_backbone_keeps_its_convolutions(paths, tmp_path):
         if isinstance(module, torch.nn.BatchNorm2d):
             assert not torch.equal(trained[name].running_var, module.running_var)
             assert trained[name].weight.any()
+
+
+def test_a_frozen_backbone_sees_some_images_after_others(toys, monkeypatch):
+    network = build_network(SETTINGS.network, SETTINGS.seed).eval()
+    batch = Sampler(list(toys), _settings(crop=56).training, np.random.default_rng(0)).batch()
+    together = predicted_maps(network, batch)
+    network.backbone.requires_grad_(False)
+    monkeypatch.setattr(training_loss, "ENCODED_AT_ONCE", 3)
+    apart = predicted_maps(network, batch)
+    torch.testing.assert_close(apart, together, rtol=0, atol=tolerances.FLOAT32_NETWORK)
+    apart.mean().backward()
+    assert all(parameter.grad is None for parameter in network.backbone.parameters())
+    assert network.projections[0].weight.grad.abs().sum() > 0
 
 
 def test_random_backbone_is_trained_unless_told_otherwise(paths, tmp_path):
