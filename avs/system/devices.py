@@ -43,13 +43,24 @@ def take_device(device: str) -> None:
         raise UserError(*_NO_GPU)
 
 
-def why_no_device(device: str) -> str | None:
-    """Return why this machine cannot compute on ``device``, or None; in another process, which loads torch."""
-    if device != "cuda":
-        return None
-    look = "import sys, torch; sys.exit(0 if torch.cuda.is_available() else 3)"
-    found = subprocess.run([sys.executable, "-c", look], capture_output=True, check=False)
-    return None if found.returncode == 0 else str(UserError(*_NO_GPU))
+def smallest_gpu() -> int:
+    """Return the bytes of the smallest GPU that jobs would get; another process asks for them, which loads torch.
+
+    Raises:
+        UserError: torch finds no GPU, or ``AVS_DEVICES`` does not list devices.
+    """
+    listed = os.environ.get(VARIABLE)
+    seen = {} if listed is None else {_VISIBLE: ",".join(_names(listed))}
+    look = (
+        "import torch; "
+        "print(min(torch.cuda.get_device_properties(n).total_memory for n in range(torch.cuda.device_count())))"
+    )
+    found = subprocess.run(
+        [sys.executable, "-c", look], capture_output=True, check=False, text=True, env={**os.environ, **seen}
+    )
+    if found.returncode != 0:
+        raise UserError(*_NO_GPU)
+    return int(found.stdout)
 
 
 def _names(listed: str) -> list[str]:

@@ -76,6 +76,27 @@ def test_the_processor_needs_no_device(monkeypatch):
     devices.take_device("cpu")
 
 
+STAND_IN = """
+import os, types
+_SIZES = {"0": 24, "1": 8, "2": 48}
+_SEEN = os.environ.get("CUDA_VISIBLE_DEVICES", "0,1,2").split(",")
+cuda = types.SimpleNamespace(
+    device_count=lambda: len(_SEEN),
+    get_device_properties=lambda n: types.SimpleNamespace(total_memory=_SIZES[_SEEN[n]]),
+)
+"""
+
+
+@pytest.mark.parametrize(("listed", "smallest"), [(None, 8), ("0,2", 24), ("2", 48)])
+def test_the_smallest_device_is_of_those_that_are_dealt_out(listed, smallest, tmp_path, monkeypatch):
+    (tmp_path / "torch.py").write_text(STAND_IN)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.delenv("CUDA_VISIBLE_DEVICES", raising=False)
+    if listed is not None:
+        monkeypatch.setenv(devices.VARIABLE, listed)
+    assert devices.smallest_gpu() == smallest
+
+
 def test_the_profile_lets_as_many_jobs_run_as_there_are_devices(monkeypatch):
     text = (Path(__file__).parents[2] / "profiles" / "gpu" / "profile.yaml").read_text()
     monkeypatch.setenv(devices.VARIABLE, "0,1,2")

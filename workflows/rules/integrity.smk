@@ -8,7 +8,8 @@ from snakemake.jobs import Job
 from snakemake.persistence import PersistenceBase
 from snakemake.utils import format as filled_in
 
-from avs.system.devices import why_no_device
+from avs.config import gpu_memory
+from avs.system.devices import smallest_gpu
 from avs.system.job_command import digest_of_line
 from avs.system.ledger import find_damage, origin_of
 from avs.system.loaded_sources import write_sources
@@ -161,6 +162,17 @@ def lift_rate_limit(scheduling):
         scheduling.max_jobs_per_timespan = None
 
 
+def tell_gpu_memory(workflow):
+    """Tell what jobs will take of a GPU; refuse to run where there is none, unless they run elsewhere."""
+    here = workflow.local_exec and not workflow.dryrun
+    try:
+        lines = gpu_memory.told(settings, smallest_gpu() if here else None)
+    except UserError as error:
+        raise WorkflowError(str(error))
+    for line in lines:
+        print(line, file=sys.stderr)
+
+
 def refusing(check, look):
     """Return ``DAG.check_incomplete`` which looks first, and refuses to run without: old results would pass for current ones.
 
@@ -170,10 +182,8 @@ def refusing(check, look):
     async def check_incomplete(self):
         lift_rate_limit(self.workflow.scheduling_settings)
         runs = self.workflow.execution_settings is not None
-        if runs and self.workflow.local_exec and not self.workflow.dryrun:
-            reason = why_no_device(settings.device)
-            if reason is not None:
-                raise WorkflowError(reason)
+        if runs and settings.device == "cuda":
+            tell_gpu_memory(self.workflow)
         given = {
             "--ignore-incomplete": self.ignore_incomplete,
             "--touch": runs and self.workflow.touch,

@@ -13,6 +13,9 @@ from avs.system.models import Color, StrictModel
 Points = Literal["random", "sfm", "selected"]
 ExtentChoice = Literal["robust", "all_cameras"]
 
+CAMERAS_PER_BATCH = 8
+"""Cameras that one call of the rasteriser renders, which bounds its memory."""
+
 LEAST_POINTS = 4
 """A Gaussian's first scale takes the distances to three other points."""
 

@@ -9,11 +9,9 @@ from torch import Tensor
 
 from avs.rasterizer.rasterization import rasterization
 from avs.representations.base import Rendering
+from avs.representations.gaussians.gaussian_settings import CAMERAS_PER_BATCH
 from avs.representations.gaussians.parameters import Parameters
 from avs.scene.cameras import Cameras
-
-CAMERAS_PER_BATCH = 8
-"""Cameras that one call of the rasteriser renders, which bounds its memory."""
 
 
 def rendered(parameters: Parameters, cameras: Cameras, degree: int, background: Tensor) -> Rendering:
