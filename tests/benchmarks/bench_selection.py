@@ -26,7 +26,7 @@ import numpy as np  # noqa: E402
 import torch  # noqa: E402
 
 from avs.iqa.cross_reference.network import build_network  # noqa: E402
-from avs.iqa.cross_reference.scorer_settings import DINOv2Settings, RepViTSettings  # noqa: E402
+from avs.iqa.cross_reference.scorer_settings import DINOv2Settings, EfficientNetLite0Settings, RepViTSettings  # noqa: E402
 from avs.iqa.cross_reference.trained_scorer import CrossReferenceScorer  # noqa: E402
 from avs.iqa.resizing import ResizeSettings, resized, to_tensor  # noqa: E402
 from avs.representations.gaussians.gaussian_settings import GaussianSettings  # noqa: E402
@@ -39,7 +39,7 @@ from avs.scene.views import Views  # noqa: E402
 from avs.selection import registry  # noqa: E402
 from avs.selection.contract import Resources, State  # noqa: E402
 
-NETWORKS = {"RepViT": RepViTSettings(), "DINOv2": DINOv2Settings()}
+NETWORKS = {"Lite0": EfficientNetLite0Settings(), "RepViT": RepViTSettings(), "DINOv2": DINOv2Settings()}
 GAUSSIANS, REFERENCES = 6000, 5
 
 
