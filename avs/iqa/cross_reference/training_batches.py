@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ from avs.iqa.cross_reference.distortions import Distortions, decoded
 from avs.iqa.cross_reference.reference_order import reference_order
 from avs.iqa.cross_reference.scorer_settings import PATCH, TrainingSettings
 from avs.iqa.cross_reference.tensors_on_disk import on_disk
-from avs.iqa.resizing import ResizeSettings, resized, to_tensor
+from avs.iqa.resizing import ResizeSettings, resized, target_size, to_tensor
 from avs.system.errors import UserError
 
 _ENCODING_BATCH = 8
@@ -61,15 +62,16 @@ class Sampler:
         features: Callable[[Tensor], Tensor] | None = None,
         folder: Path | None = None,
     ) -> None:
-        """Resize all images once; features and maps are kept on disk, since those of forty scenes fill a memory.
+        """Take the data; an image is resized when it is drawn for the first time.
 
         Args:
             scenes: the data.
             settings: sizes and numbers.
             rng: decides every draw.
-            features: if given, whole images ``[n, 3, height, width]`` in 0..1 pass through it once, and the crops are
-                taken of what it returns, ``[n, height // 14, width // 14, channels]``.
-            folder: where they are kept; None is where temporary files are.
+            features: if given, all images ``[n, 3, height, width]`` in 0..1 pass through it now, and the crops are
+                taken of what it returns, ``[n, height // 14, width // 14, channels]``. It is kept on disk, since
+                that of forty scenes fills a memory.
+            folder: where it is kept; None is where temporary files are.
 
         Raises:
             UserError: a scene's images are smaller than a crop.
@@ -80,7 +82,7 @@ class Sampler:
         self._unit = 1 if features is None else PATCH
         self._scenes = [_Prepared(scene, settings, features, folder) for scene in scenes]
         black = np.zeros((settings.crop, settings.crop, 3), dtype=np.uint8)
-        self._black = _prepared([black], ResizeSettings(pixels=settings.crop), features, folder)[0]
+        self._black = _prepared([black], ResizeSettings(pixels=settings.crop), features, folder)(0)
 
     @property
     def state(self) -> dict[str, Any]:
@@ -103,13 +105,13 @@ class Sampler:
         scene = self._scenes[int(self._rng.integers(len(self._scenes)))]
         moment = int(self._rng.integers(len(scene.rows)))
         rows, chosen = self._draw(scene, moment)
-        queries, maps = zip(*(self._crop(scene.renderings[row], scene.maps[row]) for row in rows), strict=True)
+        queries, maps = zip(*(self._crop(scene.rendering(row), scene.map(row)) for row in rows), strict=True)
         references, present = zip(*(self._references(scene, images) for images in chosen), strict=True)
         return torch.stack(queries), torch.stack(maps), torch.stack(references), torch.stack(present)
 
     def _references(self, scene: _Prepared, images: Sequence[int]) -> tuple[Tensor, Tensor]:
         """Return crops of photographs ``[k, ...]``, filled up with black ones, and which of them count, ``[k]``."""
-        crops = [self._crop(scene.photographs[image])[0] for image in images]
+        crops = [self._crop(scene.photograph(image))[0] for image in images]
         crops += [self._black] * (self._settings.references.count - len(crops))
         present = torch.arange(len(crops)) < len(images)
         if self._settings.references.pad == "black":
@@ -161,18 +163,23 @@ class _Prepared:
         features: Callable[[Tensor], Tensor] | None,
         folder: Path | None,
     ) -> None:
-        self.photographs = _prepared(scene.photographs, settings.resize, features, folder)
-        self.renderings = _prepared(scene.renderings, settings.resize, features, folder)
-        self.maps = on_disk((resized_map(decoded(code), settings.resize) for code in scene.maps), folder)
+        self._maps, self._resize = scene.maps, settings.resize
+        shapes = {code.shape for code in scene.maps}
+        side = min(min(target_size(height, width, self._resize)) for height, width in shapes)
+        if side < settings.crop:
+            fault = f"its images have a side of {side} pixels after resizing, crops have {settings.crop}"
+            raise UserError(f"scene {scene.scene}", fault, "lower training.crop, or raise training.resize.pixels")
+        self.photograph = _prepared(scene.photographs, settings.resize, features, folder)
+        self.rendering = _prepared(scene.renderings, settings.resize, features, folder)
         self.images, self.centers = scene.images, scene.centers
         self.every = range(len(scene.photographs))
         self.captured = [moment.captured for moment in scene.moments]
         moment_of = np.array(scene.moment_of)
         self.rows = [np.flatnonzero(moment_of == moment) for moment in range(len(scene.moments))]
-        side = min(min(similarity.shape) for similarity in self.maps)
-        if side < settings.crop:
-            fault = f"its images have a side of {side} pixels after resizing, crops have {settings.crop}"
-            raise UserError(f"scene {scene.scene}", fault, "lower training.crop, or raise training.resize.pixels")
+
+    def map(self, row: int) -> Tensor:
+        """Return the SSIM map ``[height, width]`` of a rendering."""
+        return resized_map(decoded(self._maps[row]), self._resize)
 
 
 def resized_map(values: npt.NDArray[np.float32], settings: ResizeSettings) -> Tensor:
@@ -185,12 +192,18 @@ def _prepared(
     settings: ResizeSettings,
     features: Callable[[Tensor], Tensor] | None,
     folder: Path | None,
-) -> list[Tensor]:
-    """Return the images' features, kept on disk; or their pixels as uint8, of which four times more fit in memory."""
-    tensors = (resized(to_tensor(image[None]), settings) for image in images)
-    if features is None:
-        return [(image[0] * 255.0).round().to(torch.uint8).permute(1, 2, 0) for image in tensors]
-    return on_disk(_encoded(tensors, features), folder)
+) -> Callable[[int], Tensor]:
+    """Return what gives an image's features, kept on disk; or its pixels as uint8, kept once they were asked for."""
+    if features is not None:
+        tensors = (resized(to_tensor(image[None]), settings) for image in images)
+        return on_disk(_encoded(tensors, features), folder).__getitem__
+
+    @functools.cache
+    def pixels(row: int) -> Tensor:
+        image = resized(to_tensor(images[row][None]), settings)[0]
+        return (image * 255.0).round().to(torch.uint8).permute(1, 2, 0)
+
+    return pixels
 
 
 def _encoded(images: Iterator[Tensor], features: Callable[[Tensor], Tensor]) -> Iterator[Tensor]:
