@@ -14,7 +14,6 @@ from avs.config.method_weights import Made, is_program, weights_of
 from avs.config.run_config import Config
 from avs.datasets.reader import Reader
 from avs.iqa.cross_reference.scorer_settings import ENCODED_AT_ONCE, ScorerSettings
-from avs.iqa.resizing import ResizeSettings
 from avs.representations.gaussians.gaussian_settings import CAMERAS_PER_BATCH, GaussianSettings
 from avs.selection import registry
 from avs.selectors.cross_reference import CrossReferenceSettings
@@ -29,8 +28,8 @@ Seven scenes of Mip-NeRF360, 7,000 and 30,000 steps (https://docs.gsplat.studio/
 beside, no line is off by more than 2.6 %. All harmonics; parameters, their gradients and both moments are 944 of them.
 """
 
-_KEPT = 4 * 4
-_FLOATS = 11
+_KEPT = 4 * 4  # bytes of a parameter, its gradient and two moments
+_FLOATS = 11  # parameters of a Gaussian beside its harmonics
 _LOSS = 452  # bytes a pixel, avs.rasterizer.losses by conv2d with its gradient
 _PHOTOGRAPH = 12
 _RENDERING = 20
@@ -120,11 +119,12 @@ def told(config: Config, device: int | None) -> list[str]:
 
 def pixels_of(dataset: Reader) -> int | None:
     """Return how many pixels an image has at most, of 4:3 where its shape is not known; None: there is no limit."""
-    told = getattr(dataset, "capture", dataset)
-    long, short = (getattr(told, f"{side}_side", None) for side in ("long", "short"))
-    if short is not None:
-        return int(short * short * 4 / 3)
-    return None if long is None else int(long * long * 3 / 4)
+    images = getattr(dataset, "capture", dataset)
+    for side in ("short", "long"):
+        length = getattr(images, f"{side}_side", None)
+        if length is not None:
+            return _area(side, length)
+    return None
 
 
 def _episode(config: Config, name: str) -> Need | None:
@@ -150,12 +150,12 @@ def _episode(config: Config, name: str) -> Need | None:
 
 def _pass(config: Config, method: str, pixels: int) -> tuple[int, int]:
     """Return the bytes of a network's pass over a batch of candidates, and of what it keeps; 0 without a network."""
-    told = None if is_program(method) else registry.create_settings(method, config.selectors.get(method, {}))
-    if not isinstance(told, CrossReferenceSettings):
+    settings = None if is_program(method) else registry.create_settings(method, config.selectors.get(method, {}))
+    if not isinstance(settings, CrossReferenceSettings):
         return 0, 0
     network = NETWORKS[str(registry.find(method).method.scorer)]
-    seen = _resized(told.resize)
-    passing = told.batch * (seen * network.scored + pixels * _PHOTOGRAPH)
+    seen = _area(settings.resize.side, settings.resize.pixels)
+    passing = settings.batch * (seen * network.scored + pixels * _PHOTOGRAPH)
     return passing, network.weights + config.protocol.budget * seen * network.kept
 
 
@@ -175,6 +175,6 @@ def _training(name: str, scorer: ScorerSettings) -> Need | None:
     return Need(f"the training of {name}", held, moments)
 
 
-def _resized(settings: ResizeSettings) -> int:
-    """Return how many pixels an image of 4:3 has after resizing."""
-    return int(settings.pixels**2 * (3 / 4 if settings.side == "long" else 4 / 3))
+def _area(side: str, length: int) -> int:
+    """Return how many pixels an image of 4:3 has whose long or short side is ``length``."""
+    return int(length**2 * (3 / 4 if side == "long" else 4 / 3))

@@ -16,7 +16,7 @@ from torch.nn import functional
 
 from avs.iqa.cross_reference.backbones import Backbone, build_backbone
 from avs.iqa.cross_reference.position_codes import PositionCodes
-from avs.iqa.cross_reference.scorer_settings import PATCH, AnyNetwork, DINOv2Settings
+from avs.iqa.cross_reference.scorer_settings import ENCODED_AT_ONCE, PATCH, AnyNetwork, DINOv2Settings
 
 
 class DecoderLayer(nn.Module):
@@ -112,6 +112,9 @@ class CrossReferenceNetwork(nn.Module):
         The paper's grid is (h/14, w/14); as in CrossScore the quotients are rounded down. So the last rows and columns
         of pixels (fewer than 14) get no score of their own; the feature maps are resized as a whole, not cropped.
 
+        Where the backbone learns nothing, it sees some images after others, since nothing is kept for gradients: a step
+        of the paper has 768 crops of 518 pixels, which at once take a backbone of 259 bytes a pixel 53 GB.
+
         Args:
             images: ``[n, 3, height, width]`` in 0..1, sRGB, at least 14 pixels a side.
 
@@ -124,12 +127,18 @@ class CrossReferenceNetwork(nn.Module):
         rows, columns = images.shape[-2] // PATCH, images.shape[-1] // PATCH
         if not rows or not columns:
             raise ValueError(f"images of {tuple(images.shape[-2:])} pixels are smaller than a token of {PATCH}")
-        maps = self.backbone(self.normalized(images))
+        learns = torch.is_grad_enabled() and any(parameter.requires_grad for parameter in self.backbone.parameters())
+        if learns or len(images) <= ENCODED_AT_ONCE:
+            return self._on_tokens(images, rows, columns)
+        return torch.cat([self._on_tokens(part, rows, columns) for part in torch.split(images, ENCODED_AT_ONCE)])
+
+    def _on_tokens(self, images: Tensor, rows: int, columns: int) -> Tensor:
+        """Return the backbone's feature maps of images, resized to the grid of tokens and joined."""
         resized = [
             features
             if features.shape[-2:] == (rows, columns)
             else functional.interpolate(features, (rows, columns), mode="bilinear")
-            for features in maps
+            for features in self.backbone(self.normalized(images))
         ]
         return torch.cat(resized, dim=1).permute(0, 2, 3, 1).contiguous()
 

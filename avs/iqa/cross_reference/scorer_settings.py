@@ -28,7 +28,7 @@ PATCH = 14
 """Pixels along a side of the square that one token describes, as in DINOv2 and CrossScore."""
 
 ENCODED_AT_ONCE = 32
-"""Images that a frozen backbone sees at once in a training, which bounds its memory."""
+"""Images that a backbone which learns nothing sees at once, which bounds its memory."""
 
 ReferenceChoice = Literal["random", "nearest"]
 

@@ -7,7 +7,6 @@ from torch import Tensor
 from torch.nn import functional
 
 from avs.iqa.cross_reference.network import CrossReferenceNetwork
-from avs.iqa.cross_reference.scorer_settings import ENCODED_AT_ONCE
 from avs.iqa.cross_reference.training_batches import Batch
 
 
@@ -19,25 +18,13 @@ def predicted_maps(network: CrossReferenceNetwork, batch: Batch) -> Tensor:
     sets, per_set = batch.queries.shape[:2]
     present = batch.present.flatten(0, 1)
     images = torch.cat([batch.queries.flatten(0, 1), batch.references.flatten(0, 2)])
-    tokens = network.tokens(images) if batch.encoded else _encoded(network, images)
+    tokens = network.tokens(images) if batch.encoded else network.encode(images)
     queries, references = tokens[: sets * per_set], tokens[sets * per_set :]
     memory = network.memory(references.reshape(len(present), -1, references.shape[-1]))
     absent = None
     if not bool(present.all()):
         absent = (~present).repeat_interleave(memory.shape[1] // present.shape[1], dim=1)
     return network.predict(queries, memory, absent).view_as(batch.maps)
-
-
-def _encoded(network: CrossReferenceNetwork, images: Tensor) -> Tensor:
-    """Return the tokens of ``images``; a frozen backbone, which keeps nothing for gradients, sees some after others.
-
-    A step of the paper has 768 crops of 518 pixels. At once they would take a backbone of 259 bytes a pixel 53 GB.
-    """
-    if any(parameter.requires_grad for parameter in network.backbone.parameters()):
-        return network.encode(images)
-    with torch.no_grad():
-        features = [network.features(part) for part in torch.split(images, ENCODED_AT_ONCE)]
-    return network.tokens(torch.cat(features))
 
 
 def map_loss(predicted: Tensor, true: Tensor) -> Tensor:

@@ -6,8 +6,8 @@ import pytest
 import safetensors.torch
 import torch
 
+from avs.iqa.cross_reference import network as network_module
 from avs.iqa.cross_reference import training as training_module
-from avs.iqa.cross_reference import training_loss
 from avs.iqa.cross_reference.backbones import RepViT
 from avs.iqa.cross_reference.distortions import write_distortions
 from avs.iqa.cross_reference.network import build_network
@@ -117,7 +117,7 @@ def test_a_frozen_backbone_sees_some_images_after_others(toys, monkeypatch):
     batch = Sampler(list(toys), _settings(crop=56).training, np.random.default_rng(0)).batch()
     together = predicted_maps(network, batch)
     network.backbone.requires_grad_(False)
-    monkeypatch.setattr(training_loss, "ENCODED_AT_ONCE", 3)
+    monkeypatch.setattr(network_module, "ENCODED_AT_ONCE", 3)
     apart = predicted_maps(network, batch)
     torch.testing.assert_close(apart, together, rtol=0, atol=tolerances.FLOAT32_NETWORK)
     apart.mean().backward()
